@@ -8,22 +8,22 @@
 
 namespace {
 
-// does the deck ask for a damping matrix?
+// does the deck need a damping matrix?
 bool damped(const Model& m)
 {
   return !m.viscous.empty() ||
          std::any_of(m.material.begin(), m.material.end(), [](const Material& a) { return a.alpha > 0.0; });
 }
 
-// a node or a corner in the rows that it follows
+// rows and weights of a node or a corner
 struct FaceNode {
   int n = 0;                   // rows
   const int* row = nullptr;
   const double* w = nullptr;
-  int first = 0;               // to be added to a row
+  int first = 0;               // offset of the rows
 };
 
-// C_IJ += w k; in the diagonal block its lower part alone
+// C_IJ += w k; in diagonal blocks the lower part only
 void add_block(Dofs& s, int I, int J, double w, const double* k)
 {
   const SysMatrix& A = s.pattern.A;
@@ -35,7 +35,7 @@ void add_block(Dofs& s, int I, int J, double w, const double* k)
       v[i * s.rows.dim + j] += w * k[i * s.rows.dim + j];
 }
 
-// What a face of an element or a point damps with: impedances times the factors of the deck
+// Damping of a face of an element or a point: impedances times the factors of the deck
 struct Impedance {
   double normal, shear;        // rho c_p, rho c_s                                   mass/(length^2 time)
 };
@@ -70,7 +70,7 @@ void add_face(Dofs& s, int nen, const double* X, const FaceNode* node, double th
 
 void add_element_face(const Mesh& mesh, const Elements& el, const ViscousBoundary& v, const Face& f, Dofs& s)
 {
-  if (el.block_of[f.elem] < 0) return;               // no element any more
+  if (el.block_of[f.elem] < 0) return;               // no longer an element
   const double one      = 1.0;
   const ElemBlock& b    = el.block[el.block_of[f.elem]];
   const ShapeInfo& info = shape_info[b.shape];
@@ -110,14 +110,14 @@ void add_point_face(const Model& m, const Points& pts, const Discretisation& d, 
 
 namespace {
 
-// the sums of the rows of C in its diagonal blocks, nothing beside them
+// lumps C: row sums in the diagonal blocks, zero elsewhere
 void lump_damping(Dofs& s)
 {
   const int dim = s.rows.dim;
   const auto block = [&](size_t k) { return &s.mass.C[k * dim * dim]; };
   for (int r = 0; r < s.rows.nrow; ++r) {
     double* own = block(s.pattern.A.off[r + 1] - 1);
-    for (int i = 0; i < dim; ++i)                      // its lower part alone is there
+    for (int i = 0; i < dim; ++i)                      // only the lower part is stored
       for (int j = 0; j < i; ++j) own[j * dim + i] = own[i * dim + j];
   }
   for (int r = 0; r < s.rows.nrow; ++r)

@@ -14,7 +14,7 @@
 
 namespace {
 
-// the numbers of a corner or a node in all directions, together in vector registers
+// the components of a value at a corner or a node, in one vector register
 template <int D>
 using Dirs = Eigen::Array<double, D, 1>;
 
@@ -26,7 +26,7 @@ void scatter_corners(const ActiveGrid& g, const double* fc, double* f)
   const double* w = g.corner_w.data();
   for (int c = 0; c < ncorner; ++c) {
     const Dirs<D> of_corner = Eigen::Map<const Dirs<D>>(fc + static_cast<size_t>(c) * D);
-    if ((of_corner == 0.0).all()) continue;          // most loads act on few corners
+    if ((of_corner == 0.0).all()) continue;          // most loads act on a few corners
     for (int k = off[c], end = off[c + 1]; k < end; ++k)
       Eigen::Map<Dirs<D>>(f + static_cast<long>(item[k]) * D) += w[k] * of_corner;
   }
@@ -62,7 +62,7 @@ bool has_grounds(const Model& m)
   return std::any_of(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.kind == BOND_GROUND; });
 }
 
-// BAD_VALUE when the motion g of the ground under bond b is no finite number
+// BAD_VALUE if the motion g of the ground under bond b is not finite
 Failure check_ground(const Model& m, const Bonds& bonds, int b, const double* g, double time)
 {
   const BondDef& d = m.bond[bonds.def[b]];
@@ -84,7 +84,7 @@ Failure move_bonds(const Model& m, const Dofs& dofs, const RealVec& du, double t
     double s[3] = {0, 0, 0}, g0[3], g1[3];
     for (int k = dofs.rows.bond.off[b]; k < dofs.rows.bond.off[b + 1]; ++k)
       for (int i = 0; i < dim; ++i) s[i] += dofs.rows.bond_w[k] * du[dofs.rows.bond.item[k] * dim + i];
-    // contact: jump over the step, the gap is made with the force
+    // contact: jump over the increment; the gap follows with the force
     if (st.bonds.side[b] == SIDE_CONTACT) {
       for (int i = 0; i < dim; ++i) j.contact[b * dim + i] = s[i];
       continue;
@@ -137,7 +137,7 @@ inline void add_force_pack(const Mesh& mesh, const Dofs& dofs, const ElemBlock& 
   }
 }
 
-// elements of a pack in which a crack may begin to open: the force of their law
+// force of elements of a pack in which a crack may begin to open, by their law
 template <int N>
 Status open_cracks(const Model& m, const Elements& el, const KernelMode& mode, const ElemBlock& b,
                    const PackList& w, unsigned opens, State& st, Pack* re, double* psi)
@@ -186,7 +186,7 @@ Failure add_pack(const Model& m, const Elements& el, State& st, const Dofs& dofs
   return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[__builtin_ctz(bad)]]};
 }
 
-// bulk viscosity of an intact element that is in no pack
+// bulk viscosity of an intact element that is not in a pack
 template <int D, int N>
 void add_bulk(const Mesh& mesh, const Dofs& dofs, const KernelMode& mode, const ElemBlock& b, int slot,
               State& st, RealVec& fint)
@@ -218,6 +218,7 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
   };
   for (int slot : b.live) {
     const int e = b.elem[slot];
+    if (!el.rigid.empty() && el.rigid[e]) continue;
     if (pack && elem_whole(el, b, st.n, e)) {
       if (w.add(slot)) flush();
       continue;
@@ -240,7 +241,7 @@ Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const
   return failure;
 }
 
-// force f of a contact bond that meets a face; the state at t(n+1) gets gap and friction
+// force f of a contact bond that meets a face; stores gap and friction at t(n+1)
 void contact_state(const Model& m, const ContactPairs& pairs, const KernelMode& mode, const Jumps& j, int b,
                    State& st, double* f)
 {
@@ -261,7 +262,7 @@ void add_contact(const Model& m, const ContactPairs& pairs, const Dofs& dofs, co
     for (int i = 0; i < dim; ++i) fint[dofs.rows.bond.item[k] * dim + i] += dofs.rows.bond_w[k] * f[i];
 }
 
-// f = lambda + C s, s mixed as the stress                                          (4.2)
+// f = lambda + C s, s averaged in time as the stress                               (4.2)
 void add_bonds(const Model& m, const ContactPairs& pairs, const Dofs& dofs, const KernelMode& mode,
                const Jumps& jumps, State& st, RealVec& fint)
 {
@@ -295,7 +296,7 @@ void add_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Jumps& j, RealVe
                                                    j.ghost[q * dim + i];
 }
 
-// sum over the ranks, and a failure that all agree on
+// sums over the ranks, and shares a failure with all
 Failure sum_force(const Dofs& s, const Failure& failure, RealVec* with, RealVec& fint)
 {
   double bad = failure.ok() ? 0.0 : 1.0;
@@ -307,7 +308,7 @@ Failure sum_force(const Dofs& s, const Failure& failure, RealVec* with, RealVec&
 
 // ---- loads ----------------------------------------------------------------
 
-// the place of a kinematic point between t(n) (s = 0) and t(n+1) (s = 1)
+// position of a kinematic point between t(n) (s = 0) and t(n+1) (s = 1)
 struct Follower {
   const Model& m;
   const State& st;
@@ -319,7 +320,7 @@ struct Follower {
     for (int i = 0; i < 3; ++i)
       X[i] = !body ? m.mesh.X[3 * n + i] : i < m.dim ? st.points.Xc[n * m.dim + i] : 0.0;
   }
-  void place(int n, double* x) const
+  void position(int n, double* x) const
   {
     const int dim = m.dim;
     reference(n, x);
@@ -330,7 +331,7 @@ struct Follower {
   }
 };
 
-// the value of a load at X; BAD_VALUE: name() says which node, face or element it is
+// the value of a load at X; BAD_VALUE: name() names the node, face or element
 template <class Name>
 inline Failure value_here(const Model& m, const Step& step, const Load& l, const double* X,
                           const LoadTime& at, Name name, double& value)
@@ -341,7 +342,7 @@ inline Failure value_here(const Model& m, const Step& step, const Load& l, const
   return {BAD_VALUE, value_text(m, l.keyword.c_str(), l.place, l.value, l.amplitude, name(), X, time)};
 }
 
-// the face q, of an element or a point (body), in the user's words
+// the face q, of an element or a point (body), in the user's terms
 std::string face_name(const Mesh& mesh, const Points& pts, bool body, const Face& q)
 {
   const int label = body ? pts.label[q.elem] : mesh.elem_label[q.elem];
@@ -349,7 +350,7 @@ std::string face_name(const Mesh& mesh, const Points& pts, bool body, const Face
   return "face " + std::to_string(q.face + 1) + owner + std::to_string(label);
 }
 
-// one face under pressure (on the place of now) or traction (dead, on the area of t = 0)
+// one face under pressure (present configuration) or traction (dead load, on the area at t = 0)
 Failure face_load(const Follower& f, const Face& q, const Step& step, const Load& l, int nen, const int* node,
                   double thickness, const LoadTime& at, RealVec& out)
 {
@@ -359,7 +360,7 @@ Failure face_load(const Follower& f, const Face& q, const Step& step, const Load
   double X[3 * MAX_FACE_NODES], x[3 * MAX_FACE_NODES], N[MAX_FACE_NODES], n[3];
   for (int k = 0; k < nen; ++k) {
     f.reference(node[k], X + 3 * k);
-    f.place(node[k], x + 3 * k);
+    f.position(node[k], x + 3 * k);
   }
   for (int g = 0; g < rule.n; ++g) {
     double xg[3] = {0, 0, 0}, force[3];
@@ -379,7 +380,7 @@ Failure face_load(const Follower& f, const Face& q, const Step& step, const Load
   return STATUS_OK;
 }
 
-// faces of finite elements, or of points (body); owner [npoint]: those of this rank alone, empty: all
+// faces of finite elements, or of points (body); owner [npoint]: only faces of this rank, empty: all
 Failure faces_load(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
                    bool body, const std::vector<Face>& face, const LoadTime& at, const IntVec& owner,
                    RealVec& out)
@@ -393,7 +394,7 @@ Failure faces_load(const Model& m, const Discretisation& d, const State& st, con
     const int nen     = shape_info[shape].nfnode[q.face];
     int node[MAX_FACE_NODES];
     for (int k = 0; k < nen; ++k) node[k] = conn[shape_info[shape].face[q.face][k]];
-    if (!body && d.el.block_of[q.elem] < 0) continue;     // no element any more
+    if (!body && d.el.block_of[q.elem] < 0) continue;     // no longer an element
     const double t = m.dim == 3 ? 1.0 : body ? m.body[st.points.body[q.elem]].thickness
                                              : d.el.block[d.el.block_of[q.elem]].thickness;
     const Failure failure = face_load(f, q, step, l, nen, node, t, at, out);
@@ -402,7 +403,7 @@ Failure faces_load(const Model& m, const Discretisation& d, const State& st, con
   return STATUS_OK;
 }
 
-// of the faces of a body: not those that the surfaces of except have too, and of only those alone
+// faces of a body, without the faces of the surfaces of except, and restricted to those of only
 std::vector<Face> acting_faces(const Points& pts, const Load& l, const std::vector<Face>& face)
 {
   std::set<std::pair<int, int>> except, only;
@@ -457,7 +458,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
           !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q])))
         continue;
       double X[3];
-      point_place(pts, dim, q, X);
+      point_centre(pts, dim, q, X);
       double value;
       const auto name = [&] { return "material point " + std::to_string(pts.label[q]); };
       const Failure failure = value_here(m, step, l, X, at, name, value);
@@ -470,7 +471,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
   return STATUS_OK;
 }
 
-// at nodes, or at the corners of points that go on for them
+// loads at nodes, or at the corners of points that replace them
 Failure node_loads(const Model& m, const IntVec& follow, const Step& step, const Load& l, const LoadTime& at,
                    Warned& warned, RealVec& fn, RealVec& fc)
 {
@@ -561,8 +562,8 @@ namespace {
 
 bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == LOAD_PRESSURE; }
 
-// Divided model: loads at nodes fn, at corners of points that this rank works on fc, and at corners that go
-// on for its nodes, far, which act from the rank of the corner. A failure of any rank is that of all
+// Divided model: loads at nodes fn, at corners of owned points fc, and at corners that replace nodes of this
+// rank, far, which are added by the owner of the corner. A failure of any rank is shared by all
 Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, const Failure& failure,
                   const RealVec& fn, const RealVec& fc, RealVec& far, RealVec& fext)
 {

@@ -4,13 +4,13 @@
 
 namespace {
 
-// numbers of neighbouring nodes, for vector registers; anywhere in memory
+// values of WIDE consecutive nodes in a vector register; unaligned
 const int WIDE = 8;
 typedef double Wide __attribute__((vector_size(8 * WIDE), aligned(8), may_alias));
 
-// adds the mass of a point to M, through map of its node pairs. N [nen][width]: weights of its corners on its
-// n nodes, width a multiple of WIDE; mN: scratch of the same size; mc: mass on the corners. NEN = 0: corners
-// given at run time
+// adds the mass of a point to M, with the map of its node pairs. N [nen][width]: weights of its corners on
+// its n nodes, width a multiple of WIDE; mN: scratch of the same size; mc: mass on the corners. NEN = 0:
+// number of corners given at run time
 template <int NEN>
 inline void add_domain(int corners, int n, int width, const double* mc, const double* N, double* mN,
                        const int* map, double* M)
@@ -56,7 +56,7 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
 {
   RealVec N, mN;
   const int* slot = g.slot.data();
-  int at = 0;                  // point that slot stands at
+  int at = 0;                  // point to which slot points
   for (size_t own = 0; own < s.rows.owned_point.size(); ++own) {
     const int q = s.rows.owned_point[own];
     for (; at < q; ++at)

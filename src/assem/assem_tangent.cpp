@@ -7,8 +7,8 @@
 
 namespace {
 
-// adds a block or its transpose; in a diagonal block only the lower part is kept. The numbers of k lie STRIDE
-// apart
+// adds a block or its transpose; in a diagonal block only the lower part is kept. The numbers
+// of k have the distance STRIDE
 template <int D, int STRIDE = 1>
 inline void add_block(SysMatrix& A, int where, bool diagonal, const double* k)
 {
@@ -33,9 +33,9 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
       add_block<D, STRIDE>(A, map[pair], a == b, ke + pair * D * D * STRIDE);
 }
 
-// the same for some lanes of a pack: ke [pairs + 1][D*D][PACK], which is used up. Lanes that all go to the
-// same places, as the points of an element, are added up first. In the plane the blocks of two pairs are
-// or of one are turned at once, so that each is one vector
+// the same for some lanes of a pack: ke [pairs + 1][D*D][PACK] is overwritten. Lanes with the same target, as
+// the points of an element, are summed first. In 2D the blocks of two pairs, or of one, are transposed
+// together, so that each is one vector
 template <int D>
 inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int n, double* ke)
 {
@@ -119,7 +119,7 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
   const Points& pts = st.points;
   const ActiveGrid& grid = d.grid;
   RealVec work, ke;
-  PackList waiting[POINT_PACK_NODES + 1];            // by number of grid nodes
+  PackList waiting[POINT_PACK_NODES + 1];            // [number of grid nodes]
   alignas(Pack) double kp[(pair_count(POINT_PACK_NODES) + 1) * D * D * PACK];
   const auto flush = [&](PackList& w, int n) {
     if (w.n == 0) return;
@@ -128,7 +128,7 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
     add_packed_pairs<D>(dofs.pattern.A, w.map, w.n, n, kp);
     w.n = 0;
   };
-  // one by one: points with the nodes of the one before add up to one
+  // single points: consecutive points with the same nodes are summed first
   const int* sum_map = nullptr;
   int sum_n = 0;
   const auto add_sum = [&]() {
@@ -156,7 +156,7 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
   }
   add_sum();
   for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);
-  // points that share their change of volume, on the nodes of all of them
+  // groups of points that share their change of volume, on the nodes of the group
   at = dofs.pattern.group_map_off.data();
   for (int k : dofs.rows.owned_group) {
     const int n = dofs.rows.group.count(k), *map = &dofs.pattern.group_map[*at++];
@@ -209,13 +209,14 @@ void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
   }
 }
 
-// Motions of the grid that no corner sees have neither mass nor stiffness: rounding alone would solve for
-// them.  Test: Increment.GridMotionsThatNoCornerSeesStaySmall (unit)
-// Part of the diagonal of the mass; motions that a corner sees have 1e-4. Not of A: a stiff bond would hold
-// soft motions too.  Test: A2 (patch/a2_spin_coupled)                                                  (8.16)
+// Motions of the grid that do not move any corner have neither mass nor stiffness: they would be determined
+// by round-off only.  Test: Increment.GridMotionsThatNoCornerSeesStaySmall (unit)
+// Fraction of the diagonal of the mass; motions that move a corner have 1e-4. Not of A: with a stiff bond
+// this would also constrain soft motions.  Test: A2 (patch/a2_spin_coupled)
+// (8.16)
 const double UNSEEN = 1e-10;
 
-void hold_unseen(double cM, Dofs& s)
+void stabilise_unseen(double cM, Dofs& s)
 {
   for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
     const size_t k = static_cast<size_t>(s.pattern.A.off[r + 1] - 1);
@@ -248,7 +249,7 @@ void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mo
   for (size_t k = 0; k < s.mass.M.size(); ++k)
     for (int i = 0; i < s.rows.dim; ++i)
       s.pattern.A.val[(k * s.rows.dim + i) * s.rows.dim + i] += cM * s.mass.M[k];
-  hold_unseen(cM, s);
+  stabilise_unseen(cM, s);
 }
 
 void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f)

@@ -10,14 +10,14 @@
 
 namespace {
 
-// of a unit diagonal: added to M, which may be singular; refined away
+// of a unit diagonal: added to M, which may be singular; removed by iterative refinement
 const double FACTOR_SHIFT    = 1e-13;
 const int FACTOR_REFINEMENTS = 10;
 const double GOAL = 1e-28, ENOUGH = 1e-16;       // of the square of the right-hand side, as in mass_solve
 
 using Sparse = Eigen::SparseMatrix<double>;
 
-// the numbers of all rows on rank 0, in the order of the matrix there, [D] each
+// the values of all rows on rank 0, in the order of the matrix there, [D] each
 RealVec collect(const Halo& h, int D, const RealVec& x)
 {
   if (!h.on()) return x;
@@ -29,7 +29,7 @@ RealVec collect(const Halo& h, int D, const RealVec& x)
   return all;
 }
 
-// the way back
+// the inverse
 void distribute(const SysMatrix& A, int D, const RealVec& all, RealVec& x)
 {
   if (!sys_shared(A)) {
@@ -52,8 +52,8 @@ void distribute(const SysMatrix& A, int D, const RealVec& all, RealVec& x)
   halo_copy(A.halo, D, x);
 }
 
-// One direction. M, scaled to a unit diagonal, of the free rows; x is what the others give in: M x = f, and
-// out the solution. Returns whether the residual is small
+// One direction. M of the free rows, scaled to a unit diagonal. In: x at the other rows; out: the solution of
+// M x = f. Returns true if the residual is small
 bool solve_free(const SysMatrix& M, const std::vector<char>& free, const RealVec& f, RealVec& x)
 {
   IntVec at(M.nrow, -1);
@@ -95,13 +95,13 @@ bool solve_free(const SysMatrix& M, const std::vector<char>& free, const RealVec
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// mass_factor : M x = f by a factorisation, where conjugate gradients find none: M + FACTOR_SHIFT I
-// is factorised and the residual of M refined. Motions that corners hardly see, with 1e-10 of the mass that
-// others have, need it. Rank 0 factorises. Collective.                                              (3.14)
+// mass_factor : M x = f by a factorisation, if conjugate gradients fail: M + FACTOR_SHIFT I is factorised and
+// the residual of M refined. Needed for motions that hardly move corners, with 1e-10 of the mass of other
+// motions. Rank 0 factorises. Collective.                                                           (3.14)
 //
 //   in   of     rows: all, or those of the grid
 //        f      [neq]   momentum or force
-//   in, out  x  [neq]   at fixed dofs and in other rows it is given
+//   in, out  x  [neq]   given at fixed dofs and in other rows
 //   returns  1; -1: not solved
 // ---------------------------------------------------------------------------
 int mass_factor(const Dofs& s, MassRowsOf of, const RealVec& f, RealVec& x)

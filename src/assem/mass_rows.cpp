@@ -6,15 +6,15 @@
 
 namespace {
 
-// Layers of nodes around points: what the projection changes falls to 0.27 from one to the next
-const int NEAR = 26;
+// Layers of nodes around points: the change by the projection decays by 0.27 from layer to layer
+const int LAYERS = 26;
 
-// steps [nrow] of all rows that are near the rows from, whose steps are known; the others have more than NEAR
+// distances steps [nrow] of all rows within LAYERS of the rows from, whose steps are given
 void spread(const ListTable& graph, const IntVec& from, IntVec& steps)
 {
-  std::vector<IntVec> list(NEAR + 1);
+  std::vector<IntVec> list(LAYERS + 1);
   for (int r : from) list[steps[r]].push_back(r);
-  for (int d = 0; d < NEAR; ++d)
+  for (int d = 0; d < LAYERS; ++d)
     for (int r : list[d]) {
       if (steps[r] < d) continue;
       for (int k = graph.off[r]; k < graph.off[r + 1]; ++k) {
@@ -26,7 +26,7 @@ void spread(const ListTable& graph, const IntVec& from, IntVec& steps)
     }
 }
 
-// the fewest of all ranks; returns the rows that get fewer of others
+// minimum over the ranks; returns the rows with fewer steps on another rank
 IntVec agree(const Halo& h, IntVec& steps)
 {
   std::vector<IntVec> to(h.common.size());
@@ -43,10 +43,10 @@ IntVec agree(const Halo& h, IntVec& steps)
   return fewer;
 }
 
-// [nrow] a row near points that this rank or another works on
+// [nrow] 1: a row near points of this rank or another one
 std::vector<char> near_points(const ActiveGrid& grid, const Dofs& s)
 {
-  IntVec steps(s.rows.nrow, NEAR + 1);
+  IntVec steps(s.rows.nrow, LAYERS + 1);
   std::fill(steps.begin() + s.rows.nfe, steps.end(), 0);
   for (int q : s.rows.owned_point)
     for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
@@ -56,12 +56,12 @@ std::vector<char> near_points(const ActiveGrid& grid, const Dofs& s)
   for (int r = 0; r < s.rows.nrow; ++r)
     if (steps[r] == 0) from.push_back(r);
   spread(graph, from, steps);
-  if (sys_shared(s.pattern.A)) {                             // far enough, and border rows as agreed
+  if (sys_shared(s.pattern.A)) {                             // across borders, with equal steps on all ranks
     spread(graph, agree(s.pattern.A.halo, steps), steps);
     agree(s.pattern.A.halo, steps);
   }
   std::vector<char> near(s.rows.nrow);
-  for (int r = 0; r < s.rows.nrow; ++r) near[r] = steps[r] <= NEAR;
+  for (int r = 0; r < s.rows.nrow; ++r) near[r] = steps[r] <= LAYERS;
   return near;
 }
 
@@ -82,7 +82,7 @@ Halo halo_of(const Halo& h, const MassRows& m, const IntVec& at)
   return out;
 }
 
-// which ranks have a row of the border, as a number for each set of ranks            [Halo::shared]
+// number of the set of ranks that share a row of the border                          [Halo::shared]
 IntVec sets_of_ranks(const MassRows& m)
 {
   std::vector<IntVec> ranks(m.halo.shared.size());
@@ -101,27 +101,26 @@ struct BorderPair {
   bool operator<(const BorderPair& o) const { return row != o.row ? row < o.row : col < o.col; }
 };
 
-// The pairs own, ascending, whose numbers are all[k], become known to the ranks that have both rows, and
-// theirs to this one. Collective
+// Exchanges the pairs own, ascending, with numbers all[k], between the ranks that have both rows. Collective
 void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows& m)
 {
   const int ranks = comm_size(), me = comm_rank();
   const size_t n = m.halo.shared.size();
-  std::vector<std::vector<BorderPair>> to(ranks);    // places in Halo::common
+  std::vector<std::vector<BorderPair>> to(ranks);    // indices into Halo::common
   m.border_to.assign(ranks, IntVec());
   for (int r = 0; r < ranks; ++r) {
-    IntVec place(n, -1);
+    IntVec index(n, -1);
     for (size_t i = 0; i < m.halo.common[r].size(); ++i)
-      place[m.halo.common[r][i] - m.alone] = static_cast<int>(i);
+      index[m.halo.common[r][i] - m.alone] = static_cast<int>(i);
     for (size_t k = 0; k < own.size(); ++k) {
-      if (place[own[k].row] < 0) continue;
-      to[r].push_back({place[own[k].row], place[own[k].col]});
+      if (index[own[k].row] < 0) continue;
+      to[r].push_back({index[own[k].row], index[own[k].col]});
       m.border_to[r].push_back(all[k]);
     }
     m.border_to[r].shrink_to_fit();
   }
   std::vector<std::vector<BorderPair>> of = comm_exchange(to);
-  std::vector<BorderPair> pair = own, joined;        // ascending, as those of others are
+  std::vector<BorderPair> pair = own, joined;        // ascending, as the pairs of other ranks
   for (int r = 0; r < ranks; ++r) {
     for (BorderPair& q : of[r])
       q = {m.halo.common[r][q.row] - m.alone, m.halo.common[r][q.col] - m.alone};
@@ -185,15 +184,15 @@ void sort_border(MassRows& m)
   join_border(own, own_from, m);
 }
 
-// take [nrow]: a row is chosen; may(k): block k can be other than 0
+// take [nrow]: a row is chosen; may(k): block k can be nonzero
 template <class May>
 void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
 {
   IntVec at(s.rows.nrow, -1), border;
   if (sys_shared(s.pattern.A)) border = s.pattern.A.halo.shared;
-  std::vector<char> behind(s.rows.nrow, 0);
-  for (int r : border) behind[r] = 1;
-  // in an order that is the same on all ranks
+  std::vector<char> last(s.rows.nrow, 0);
+  for (int r : border) last[r] = 1;
+  // the same order on all ranks
   std::sort(border.begin(), border.end(),
             [&](int a, int b) { return s.rows.row_key[a] < s.rows.row_key[b]; });
   const auto add = [&](int r) {
@@ -202,7 +201,7 @@ void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
     m.row.push_back(r);
   };
   for (int r = 0; r < s.rows.nrow; ++r)
-    if (!behind[r]) add(r);
+    if (!last[r]) add(r);
   for (int r : border) add(r);
   const auto each = [&](auto use) {
     for (int r = 0; r < s.rows.nrow; ++r)
@@ -231,7 +230,7 @@ void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
   sort_border(m);
 }
 
-std::vector<char> behind(const Dofs& s, int first)
+std::vector<char> rows_from(const Dofs& s, int first)
 {
   std::vector<char> take(s.rows.nrow, 1);
   std::fill(take.begin(), take.begin() + first, 0);
@@ -244,7 +243,7 @@ std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of)
 {
   auto m = std::make_shared<MassRows>();
   m->of  = of;
-  form(s, behind(s, of == ROWS_ALL ? 0 : s.rows.nfe), [&](int k) { return s.mass.M[k] != 0.0; }, *m);
+  form(s, rows_from(s, of == ROWS_ALL ? 0 : s.rows.nfe), [&](int k) { return s.mass.M[k] != 0.0; }, *m);
   return m;
 }
 
@@ -256,6 +255,6 @@ std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, con
     for (int k : *map) may[k / 2] = 1;
   auto m = std::make_shared<MassRows>();
   m->of  = s.rows.hung ? ROWS_NEAR : ROWS_GRID;
-  form(s, s.rows.hung ? near_points(grid, s) : behind(s, s.rows.nfe), [&](int k) { return may[k]; }, *m);
+  form(s, s.rows.hung ? near_points(grid, s) : rows_from(s, s.rows.nfe), [&](int k) { return may[k]; }, *m);
   return m;
 }

@@ -7,17 +7,18 @@
 #include "assem/mass_rows.h"
 #include "base/comm.h"
 #include "base/picked.h"
+#include "base/sort_once.h"
 #include "base/sum.h"
 
 namespace {
 
-// of the diagonal: added where M is singular to rounding, nodes that all points see in one combination only;
-// refined away.  Test: paper/p9_contact.inp to 3 ms (case G5)
+// of the diagonal: added if M is singular to round-off, with nodes that occur in one combination only at all
+// points; removed by refinement.  Test: paper/p9_contact.inp to 3 ms (case G5)
 const double SHIFT    = 1e-10;
 const int REFINEMENTS = 4;
-const double CANCELS  = 1e-6;  // of the square of a residual, where a difference of squares has lost digits
+const double CANCELS  = 1e-6;  // of the square of a residual: below, a difference of squares has lost digits
 
-// y += M x, of the first rows with each other
+// y += M x, for the couplings among the first rows
 template <int D>
 void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double* y)
 {
@@ -37,7 +38,7 @@ void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double
   }
 }
 
-// M of chosen rows, scaled to a diagonal of 1 (of all ranks); what this rank has
+// M of chosen rows, scaled to a unit diagonal (of all ranks); contribution of this rank
 struct MassValues {
   const MassRows& rows;
   bool shared;                 // several ranks
@@ -62,7 +63,7 @@ MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale
   std::vector<RealVec> to;
   for (const IntVec& k : rows.border_to) to.push_back(picked(k, 1, m.all));
   const std::vector<RealVec> of = comm_exchange(to);
-  for (size_t r = 0; r < of.size(); ++r)             // in the same order on all ranks
+  for (size_t r = 0; r < of.size(); ++r)             // the same order on all ranks
     for (size_t k = 0; k < of[r].size(); ++k) m.border[rows.border_at[r][k]] += of[r][k];
   return m;
 }
@@ -74,7 +75,7 @@ void sum_rows(const MassValues& m, RealVec& v)
   if (m.shared) halo_sum(m.rows.halo, D, v);
 }
 
-// y = M x, what this rank has
+// y = M x, contribution of this rank
 template <int D>
 void multiply_here(const MassValues& m, const RealVec& x, RealVec& y)
 {
@@ -101,7 +102,7 @@ void multiply(const MassValues& m, const RealVec& x, RealVec& y)
   sum_rows<D>(m, y);
 }
 
-// the numbers of a row in all directions, together in vector registers
+// the components of a row, in one vector register
 template <int D>
 using Dirs = Eigen::Array<double, D, 1>;
 
@@ -117,8 +118,8 @@ Eigen::Map<const Dirs<D>> dirs(const double* x, int r)
   return Eigen::Map<const Dirs<D>>(x + static_cast<size_t>(r) * D);
 }
 
-// sums of products of vectors of n numbers for each direction; in four parts, so that additions need not wait
-// for each other
+// sums of products of vectors of n numbers for each direction; in four partial sums, so
+// that additions are independent
 template <int D>
 struct Sums {
   double part[4 * D] = {};
@@ -133,16 +134,16 @@ struct Sums {
 };
 
 // Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel  (3.14)
-// Several ranks: rows of one rank alone come first, then the border; L leaves out couplings of border rows
-// that not the same ranks have
+// Several ranks: first the rows of one rank alone, then the border; L omits couplings of border rows with
+// different sets of ranks
 template <int D>
 struct MassSystem {
   MassValues mass;
   const MassRows& rows;
   RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
-  double shift = 0.0;          // M + shift I is meant
+  double shift = 0.0;          // the matrix is M + shift I
 
-  // y = (I + L)^-1 x; the same vector may be meant
+  // y = (I + L)^-1 x; x and y may be the same vector
   void forward(const RealVec& x, RealVec& y) const
   {
     const RealVec edge = border_of(x);
@@ -152,7 +153,7 @@ struct MassSystem {
     sum_rows<D>(mass, y);
     border_forward(edge, y);
   }
-  // r = (I + L)^-1 (b - M u), the residual in the variables; several ranks: square = r r
+  // r = (I + L)^-1 (b - M u), the residual in these variables; several ranks: square = r r
   void start(const RealVec& b, const RealVec& u, RealVec& r, double* square) const
   {
     RealVec q(r.size());
@@ -176,8 +177,8 @@ struct MassSystem {
     }
     sweep_back(y.data());
   }
-  // q = (I + L)^-1 (M + shift I) (I + L)^-T x, in: t = x; t, y: scratch. M = (I + L) + (I + L)^T - I, so that
-  // a product is not needed. Returns x q in each direction. One rank
+  // q = (I + L)^-1 (M + shift I) (I + L)^-T x, in: t = x; t, y: scratch. Since M = (I + L) + (I + L)^T - I,
+  // no product with M is needed. Returns x q in each direction. One rank
   Dirs<D> apply(const RealVec& x, RealVec& t, RealVec& y, RealVec& q) const
   {
     double sum[D];
@@ -185,8 +186,8 @@ struct MassSystem {
     apply_alone<false>(x, x, t, y, q, sum);
     return Eigen::Map<const Dirs<D>>(sum);
   }
-  // the same on several ranks, x = r + turn times the x before. late [shared*D]: the border of t before, and
-  // now; sum [4][D]: x q, r q, r r, q q of all ranks
+  // the same on several ranks, x = r + turn times the previous x. late [shared*D]: the border of the previous
+  // t, then of t; sum [4][D]: x q, r q, r r, q q of all ranks
   void apply(const RealVec& x, const RealVec& r, const double* turn, RealVec& late, RealVec& t, RealVec& y,
              RealVec& q, double* sum) const
   {
@@ -206,7 +207,7 @@ struct MassSystem {
       dirs<D>(q.data(), b) += mass.edge[k] * dirs<D>(t.data(), a);
     }
     RealVec edge(late.size());
-    for (size_t k = 0; k < edge.size(); ++k) {       // the border: what this rank has
+    for (size_t k = 0; k < edge.size(); ++k) {       // the border: contribution of this rank
       const double own = rows.owned[k / D], to = t[first + k], at = r[first + k], of = q[first + k];
       edge[k] = x[first + k] - keep * to;
       sum[k % D] += to * of + own * to * (x[first + k] + edge[k]);
@@ -218,7 +219,7 @@ struct MassSystem {
     for (size_t k = first; k < q.size(); ++k) q[k] += t[k];
     add_border(q, sum + 3 * D);
   }
-  // the residual of M from that of the variables: out = (I + L) r; square = out out
+  // the residual of M from the residual in these variables: out = (I + L) r; square = out out
   void residual(const RealVec& r, RealVec& out, double* square) const
   {
     const MassCouplings& m = rows.all;
@@ -240,7 +241,7 @@ struct MassSystem {
     for (size_t k = alone(); k < out.size(); ++k) out[k] = free[k] * (edge[k - alone()] + out[k]);
     add_border(out, square);
   }
-  // a . b in each direction; dots_here: the part of this rank
+  // a . b in each direction; dots_here: the contribution of this rank
   void dots(const RealVec& a, const RealVec& b, double* sum) const
   {
     dots_here(a, b, sum);
@@ -258,7 +259,7 @@ struct MassSystem {
 
 private:
   size_t alone() const { return static_cast<size_t>(rows.alone) * D; }
-  // rows of this rank alone, t as it is behind the sweep; sum = x q of them, ALL: [4][D] x q, r q, r r, q q
+  // rows of this rank alone, t after the sweep; sum = x q of these, ALL: [4][D] x q, r q, r r, q q
   template <bool ALL>
   void apply_alone(const RealVec& x, const RealVec& r, const RealVec& t, RealVec& y, RealVec& q,
                    double* sum) const
@@ -311,7 +312,7 @@ private:
     }
     for (size_t k = alone(); k < free.size(); ++k) of[k] = f[k] * to[k];
   }
-  // rows of the border: y = - L x, the part of this rank
+  // rows of the border: y = - L x, contribution of this rank
   void cross_forward(const RealVec& x, RealVec& y) const
   {
     for (int b = 0; b < rows.cross.size(); ++b) {
@@ -354,7 +355,7 @@ private:
         dirs<D>(y, rows.border.col[k]) -= mass.border[k] * t;
     }
   }
-  // rows of the border summed over the ranks, and with them square = y y of the others
+  // sums rows of the border over the ranks, together with square = y y of the other rows
   void sum_border(RealVec& y, double* square) const
   {
     Sums<D> yy;
@@ -383,10 +384,11 @@ bool below(const double* value, const double* goal)
   return true;
 }
 
-// Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M
-// itself is what must be small. Returns the iterations; -1: not converged to 1e-8 within 1000.
-// Several ranks: known is the square of r, one message an iteration (on more than two: two): the square of
-// the next residual follows from products with this one, and is taken itself where these nearly cancel.
+// Conjugate gradients for step from 0, all directions together; on return r is the residual. Converged if the
+// residual of M itself is small. Returns the iterations; -1: not converged to 1e-8 within 1000.
+// Several ranks: known is the square of r; one message per iteration (on more than two ranks: two): the
+// square of the next residual follows from products with this one,
+// and is computed directly where these nearly cancel.
 template <int D>
 int iterate(const MassSystem<D>& m, const double* size, const double* known, RealVec& r, RealVec& step)
 {
@@ -394,7 +396,7 @@ int iterate(const MassSystem<D>& m, const double* size, const double* known, Rea
   const int n = m.rows.size();
   RealVec w(r.size(), 0.0), y(r.size()), q(r.size()), t(r.size()),
       late(shared ? m.rows.halo.shared.size() * D : 0, 0.0);
-  double square[D], goal[D], enough[D], sum[4 * D];      // of several ranks: w q, r q, r r, q q
+  double square[D], goal[D], enough[D], sum[4 * D];      // several ranks: w q, r q, r r, q q
   const double *rq = sum + D, *rr = sum + 2 * D, *qq = sum + 3 * D;
   step.assign(r.size(), 0.0);
   for (int i = 0; i < D; ++i) {
@@ -404,7 +406,7 @@ int iterate(const MassSystem<D>& m, const double* size, const double* known, Rea
   Dirs<D> rho, turn = Dirs<D>::Zero();
   if (shared) std::copy(known, known + D, rho.data());
   else m.dots(r, r, rho.data());
-  bool stuck = false;                                // M is singular in the direction w, to rounding
+  bool stuck = false;                                // M is singular in the direction w, to round-off
   for (int it = 0; !stuck && it <= 1000; ++it) {
     if (below<D>(rho.data(), goal)) {
       m.residual(r, t, square);
@@ -447,8 +449,8 @@ int iterate(const MassSystem<D>& m, const double* size, const double* known, Rea
   return below<D>(square, enough) ? 1000 : -1;
 }
 
-// M is singular to rounding: M + shift I instead, and again for what is left. In: b, and u to begin with;
-// out: u but for step, the last one. Returns the iterations; -1: the residual of M is not there
+// If M is singular to round-off: iterative refinement with M + shift I. In: b, and the initial u; out: u
+// without the last correction step. Returns the iterations; -1: the residual of M has not converged
 template <int D>
 int refine(MassSystem<D>& m, const double* size, const RealVec& b, RealVec& u, RealVec& step)
 {
@@ -476,7 +478,7 @@ int refine(MassSystem<D>& m, const double* size, const RealVec& b, RealVec& u, R
   return below<D>(square, enough) ? all : -1;
 }
 
-// what rows that stay as they are give to the others: sum M x of all ranks [n*D], scaled
+// contribution of unchanged rows to the others: sum M x of all ranks [n*D], scaled
 template <int D>
 void rim_parts(const Dofs& s, const MassValues& m, const RealVec& scale, const RealVec& x, RealVec& part)
 {
@@ -486,7 +488,7 @@ void rim_parts(const Dofs& s, const MassValues& m, const RealVec& scale, const R
   sum_rows<D>(m, part);
 }
 
-// what they would get of the change u of the others is nothing, by (3.14)
+// is the contribution of the change u to the unchanged rows negligible by (3.14)?
 template <int D>
 bool rim_stays(const Dofs& s, const MassRows& rows, const double* size, const RealVec& u)
 {
@@ -501,7 +503,7 @@ bool rim_stays(const Dofs& s, const MassRows& rows, const double* size, const Re
   return below<D>(square, goal);
 }
 
-// near: the rows are a choice; -1 as well when rows beyond them would change
+// near: the rows are a subset; returns -1 also if rows outside of it would change
 template <int D>
 int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char>& begun, const RealVec& f,
           RealVec& x)
@@ -517,7 +519,7 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char
   if (near) rim_parts<D>(s, m.mass, scale, x, q);
   const auto begins = [&](int row) { return row < guess || (!begun.empty() && begun[row]); };
   const bool all_begin = !begun.empty() && std::find(begun.begin(), begun.end(), 0) == begun.end();
-  // others begin with f over the sum of the row, which is right where the answer is smooth
+  // initial guess of the others: f over the row sum, exact for smooth solutions
   for (int k = 0; k < n * D; ++k) {
     const int dof = rows.row[k / D] * D + k % D;
     m.free[k] = !s.bound.fixed[dof] && scale[k / D] > 0.0;
@@ -587,8 +589,96 @@ int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& m
       : mass_factor(s, ROWS_GRID, momentum, v);
 }
 
+namespace {
+
+// Masters of ties, where masses are lumped and the rank is alone: they alone depend on one another
+struct TiedMasses {
+  IntVec dof;                  // of each master
+  IntVec at;                   // [Ties::master.item] its place in dof
+  RealVec mass, diag;          // [dof] its own; with what its dependent dofs bring
+};
+
+TiedMasses tied_masses(const Dofs& s)
+{
+  const Ties& tie = s.bound.tie;
+  TiedMasses t;
+  t.dof = tie.master.item;
+  sort_once(t.dof);
+  for (int m : tie.master.item)
+    t.at.push_back(static_cast<int>(std::lower_bound(t.dof.begin(), t.dof.end(), m) - t.dof.begin()));
+  for (int m : t.dof) t.mass.push_back(s.mass.lumped[m / s.rows.dim]);
+  t.diag = t.mass;
+  for (size_t k = 0; k < tie.dof.size(); ++k)
+    for (int q = tie.master.off[k]; q < tie.master.off[k + 1]; ++q)
+      t.diag[t.at[q]] += tie.coef[q] * tie.coef[q] * s.mass.lumped[tie.dof[k] / s.rows.dim];
+  return t;
+}
+
+// y = T^T M T x
+void tied_multiply(const Dofs& s, const TiedMasses& t, const RealVec& x, RealVec& y)
+{
+  const Ties& tie = s.bound.tie;
+  for (size_t i = 0; i < x.size(); ++i) y[i] = t.mass[i] * x[i];
+  for (size_t k = 0; k < tie.dof.size(); ++k) {
+    double sum = 0.0;
+    for (int q = tie.master.off[k]; q < tie.master.off[k + 1]; ++q) sum += tie.coef[q] * x[t.at[q]];
+    sum *= s.mass.lumped[tie.dof[k] / s.rows.dim];
+    for (int q = tie.master.off[k]; q < tie.master.off[k + 1]; ++q) y[t.at[q]] += tie.coef[q] * sum;
+  }
+}
+
+// mass_solve_tied for lumped masses: what no equation holds is a division; conjugate gradients for the
+// masters
+int solve_tied_lumped(const Dofs& s, const RealVec& f, RealVec& x)
+{
+  RealVec b = f;
+  tie_force(s, b);
+  for (int i = 0; i < s.rows.nfe * s.rows.dim; ++i) {
+    const double mass = s.mass.lumped[i / s.rows.dim];
+    if (s.bound.fixed[i] == DOF_FREE) x[i] = mass > 0.0 ? b[i] / mass : 0.0;
+  }
+  const TiedMasses t = tied_masses(s);
+  const size_t n = t.dof.size();
+  RealVec y(n), r(n), w(n, 0.0), q(n);
+  const auto free = [&](size_t i) { return s.bound.fixed[t.dof[i]] == DOF_FREE && t.diag[i] > 0.0; };
+  const auto weighed = [&](const RealVec& v) {
+    return sum_terms(n, [&](size_t i) { return free(i) ? v[i] * v[i] / t.diag[i] : 0.0; });
+  };
+  for (size_t i = 0; i < n; ++i) {
+    y[i] = x[t.dof[i]];
+    r[i] = b[t.dof[i]];
+  }
+  const double goal = 1e-28 * weighed(r);
+  tied_multiply(s, t, y, q);
+  for (size_t i = 0; i < n; ++i) r[i] -= q[i];
+  double rho = weighed(r), before = 0.0;
+  int it = 0;
+  for (; it <= 1000 && rho > goal; ++it) {
+    for (size_t i = 0; i < n; ++i)
+      w[i] = free(i) ? r[i] / t.diag[i] + (it ? rho / before : 0.0) * w[i] : 0.0;
+    tied_multiply(s, t, w, q);
+    const double wq = sum_terms(n, [&](size_t i) { return free(i) ? w[i] * q[i] : 0.0; });
+    if (!(wq > 0.0)) break;
+    for (size_t i = 0; i < n; ++i) {
+      if (!free(i)) continue;
+      y[i] += rho / wq * w[i];
+      r[i] -= rho / wq * q[i];
+    }
+    before = rho;
+    rho    = weighed(r);
+  }
+  for (size_t i = 0; i < n; ++i)
+    if (free(i)) x[t.dof[i]] = y[i];
+  tie_follow(s, false, x);
+  return rho <= 1e12 * goal ? it : -1;
+}
+
+}  // namespace
+
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
 {
+  if (!s.mass.lumped.empty() && !s.rows.split && !s.rows.hung && s.rows.nrow == s.rows.nfe)
+    return solve_tied_lumped(s, f, x);
   const Ties& tie = s.bound.tie;
   const int n = s.rows.nfe * s.rows.dim;
   RealVec diag(s.rows.neq(), 0.0), b = f, r, q, w(s.rows.neq(), 0.0);

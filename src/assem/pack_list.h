@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// pack_list.h : elements or points that wait for a full pack. Private to the files of assem/
+// pack_list.h : elements or points collected for a pack. Private to the files of assem/
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ASSEM_PACK_LIST_H
 #define MPFE_ASSEM_PACK_LIST_H
@@ -8,7 +8,7 @@
 
 struct PackList {
   int n = 0, slot[PACK];
-  const int* map[PACK];        // of a tangent: where its node pairs go
+  const int* map[PACK];        // tangent: blocks of A of its node pairs
   // true: the pack is full
   bool add(int s, const int* to = nullptr)
   {
@@ -16,14 +16,14 @@ struct PackList {
     map[n++] = to;
     return n == PACK;
   }
-  // empty places repeat the first one; their results are left alone
+  // empty lanes repeat the first one; their results are not used
   void fill()
   {
     for (int l = n; l < PACK; ++l) slot[l] = slot[0];
   }
 };
 
-// pack_of : elem_form_pack where it serves: the strength is compared with the stress at t(n+1) alone
+// pack_of : elem_form_pack where it applies: it compares the strength with the stress at t(n+1) only
 inline ElemFormPack pack_of(const ElemBlock& b, const KernelMode& mode)
 {
   return b.opens() && (mode.mid || b.law.beta * mode.rate != 0.0) ? nullptr : elem_form_pack(b);

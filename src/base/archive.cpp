@@ -7,14 +7,13 @@
 
 namespace {
 
-const std::size_t CHUNK = 1 << 18;     // bytes that wait for the file or a rank, or come from there at once
-const long HELD = 1 << 19;             // bytes of a divided array that rank 0 holds at once
+const std::size_t CHUNK = 1 << 18;     // bytes written, sent or read at once
+const long WINDOW = 1 << 19;           // bytes of a divided array that rank 0 stores at once
 
-// of the items of a divided array, of so many bytes together, as many as rank 0 holds at once; tests make
-// messages small, and this with them
+// number of items of a divided array that rank 0 stores at once; tests make it small, together with messages
 long window(std::size_t bytes, int items)
 {
-  const double most = HELD / std::max(1.0, static_cast<double>(bytes) / std::max(1, items));
+  const double most = WINDOW / std::max(1.0, static_cast<double>(bytes) / std::max(1, items));
   return std::max(16L, std::min({65536L, static_cast<long>(most), comm_piece() >> 14}));
 }
 
@@ -25,7 +24,7 @@ void hand_on(Archive& f)
   if (f.bytes.empty()) return;
   if (f.rank != NO_RANK) comm_send(f.bytes, f.rank);
   else {
-    std::fwrite(f.bytes.data(), 1, f.bytes.size(), f.file);    // who closes the file sees a full disk
+    std::fwrite(f.bytes.data(), 1, f.bytes.size(), f.file);    // a full disk is detected at closing
     f.hash = hash_add(f.hash, f.bytes.data(), f.bytes.size());
   }
   f.at += f.bytes.size();
@@ -74,10 +73,10 @@ std::size_t whole_units(const ArchivePart& p)
   return static_cast<std::size_t>(n);
 }
 
-// The items of a window of the whole array that a rank has: they follow one another in its own
+// The items of a rank in a window of the whole array: they are consecutive in the rank's own array
 struct Slice {
   std::size_t first = 0, last = 0;     // of ArchivePart::item
-  std::size_t unit = 0, units = 0;     // first place of them in the array of the rank, and how many they are
+  std::size_t unit = 0, units = 0;     // their first index in the array of the rank, and their number
 };
 
 Slice next_slice(const ArchivePart& p, long hi, const Slice& before)
@@ -100,7 +99,7 @@ std::vector<Item> items_of(const ArchivePart& p, const Slice& s, bool writing)
   return list;
 }
 
-// rank 0: where the items [lo, hi) are in the window                     [hi - lo + 1] units
+// rank 0: offsets of the items [lo, hi) in the window                    [hi - lo + 1] units
 std::vector<std::size_t> places(const std::vector<std::vector<Item>>& list, bool ragged, long lo, long hi)
 {
   std::vector<std::size_t> at(static_cast<std::size_t>(hi - lo) + 1, ragged ? 0 : 1);
@@ -229,7 +228,7 @@ void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, 
       std::copy_n(next, unit, x + static_cast<std::size_t>(part.at[i]) * unit);
   }
   f.at += of_all * one;
-  if (comm_rank() == 0) good = good && from == f.at;   // else ragged: nobody takes an item
+  if (comm_rank() == 0) good = good && from == f.at;   // else ragged: no rank takes an item
   f.begin = f.at;
   f.bytes.clear();
   f.good = comm_bcast(good) == 1;

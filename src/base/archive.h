@@ -1,14 +1,14 @@
 // ---------------------------------------------------------------------------
 // archive.h : values to bytes and back
 //
-// One io routine of a struct serves both ways: it hands all its fields to io_all. Structured bindings in it
-// see to it that a new field cannot be forgotten: the program does not compile then. io_fields counts what it
-// is handed as well.
+// One io routine of a struct serves both directions: it passes all fields to io_all. It uses structured
+// bindings, so that the program does not compile if a new field is missing;
+// io_fields also counts its arguments.
 //
-// Bytes go to a file and come from one in pieces, so that nobody holds all of them; without a file they stay
-// in the archive. On several ranks the file is that of rank 0. All read in step, and get what it reads. Who
-// writes: rank 0 alone, or, when arrays are divided among the ranks (parts), all in step.
-// Bytes go from rank 0 to other ranks in the same way (ranks).
+// Bytes are written to and read from a file in pieces, so that no rank stores all of them; without a file
+// they stay in the archive. On several ranks rank 0 has the file. All ranks read together, and get what rank
+// 0 reads. Rank 0 writes alone, or, with arrays divided among the ranks (parts), all write together.
+// Bytes are sent from rank 0 to other ranks in the same way (ranks).
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_ARCHIVE_H
 #define MPFE_BASE_ARCHIVE_H
@@ -29,32 +29,32 @@
 #include "base/hash.h"
 #include "base/types.h"
 
-// What the items of a divided array are: nodes, elements, or the Gauss points of elements; material points,
-// their corners; items of lists of each point (its corners, pairs of these) or corner (what carries it);
-// bonds, the items of their side A; faces of general contact
+// Items of a divided array: nodes, elements, or Gauss points of elements; material points, their corners;
+// items of lists of each point (its corners, pairs of these) or corner (what carries it); bonds, items of
+// their side A; faces of general contact
 enum ArchiveKind {
   PER_NODE, PER_ELEM, PER_GAUSS, PER_POINT, PER_CORNER, PER_CONN, PER_PAIR, PER_HANG, PER_BOND, PER_SIDE,
   PER_SKIN, ARCHIVE_KINDS
 };
 
-struct ArchivePart {           // items that this rank has
-  bool all = false;            // each rank has all of them
+struct ArchivePart {           // items of this rank
+  bool all = false;            // each rank has all items
   int whole = 0;               // items of all ranks
-  IntVec item;                 // index of each among all of them, ascending
+  IntVec item;                 // index of each among the items of all ranks, ascending
   // ragged: item i has units[i] places in the array, and none when no rank has it (reading: the file is no
   // good then); else one
   bool ragged = false;
   IntVec units;
   long all_units = 0;          // reading: of all items; 0: of those that ranks bring
-  std::vector<char> brings;    // this rank brings it when it is written; empty: all of them
+  std::vector<char> brings;    // this rank writes the item; empty: it writes all
   // where each, or its first place, stands in the array of this rank; empty: in that order
   IntVec at;
   // reading: item are those that this rank takes, by their index and a number that the file has of each
   std::function<bool(int, int)> takes;
 };
 
-// Where bytes go from rank 0: nowhere else, to all other ranks, or (0 or more) to one of them. Who reads says
-// whether it is one of all, or the only one.
+// Receivers of bytes from rank 0: none, all other ranks, or (0 or more) one of them. A reader states whether
+// it is one of all, or the only one.
 enum { NO_RANK = -1 };
 
 struct Archive {
@@ -62,29 +62,28 @@ struct Archive {
   bool good = true;            // reading: the bytes did not end too early
   std::string bytes;           // writing: not in the file yet; reading: from begin on
   std::size_t at = 0;          // reading: next byte of the content; writing: bytes in the file, or sent
-  std::size_t begin = 0;       // place of bytes in the content
+  std::size_t begin = 0;       // position of bytes in the content
   std::size_t size = 0;        // reading from a file: bytes of the content
   std::uint64_t hash = hash_start;     // writing to a file: of what is in it
   bool filed = false;          // there is a file, on rank 0
   std::FILE* file = nullptr;
   long head = 0;               // bytes of the file before the content
-  ArchivePart* part = nullptr; // [ARCHIVE_KINDS] arrays are divided among ranks; null: they are not
-  int rank = NO_RANK;          // no file: bytes go from rank 0 to this one; nobody knows how many they are
-  std::vector<std::shared_ptr<void>> shared;     // what several values share, as it came
+  ArchivePart* part = nullptr; // [ARCHIVE_KINDS] arrays are divided among ranks; null: not divided
+  int rank = NO_RANK;          // no file: bytes are sent from rank 0 to this rank; their number is unknown
+  std::vector<std::shared_ptr<void>> shared;     // objects shared by several values, in order of appearance
   std::size_t end() const { return rank != NO_RANK ? SIZE_MAX : filed ? size : bytes.size(); }
 };
 
-// archive_raw : these bytes. Collective when it reads from a file, or is one of all ranks.
+// archive_raw : writes or reads plain bytes. Collective when it reads from a file, or sends to all ranks.
 void archive_raw(Archive& f, void* data, std::size_t size);
 
-// archive_flush : what still waits goes into the file, or to the ranks; hash and at are those of all the
-// content
+// archive_flush : writes or sends the remaining bytes; hash and at then cover the whole content
 void archive_flush(Archive& f);
 
-// archive_divided : writes an array whose items the ranks have, as one rank would. Collective.
+// archive_divided : writes an array whose items are divided among ranks, as one rank would. Collective.
 //   in   one       bytes of a number
 //        x         numbers of this rank             [count]
-// archive_divided_count : reading: how many numbers this rank gets, and all together
+// archive_divided_count : reading: count of numbers for this rank, and for all
 // archive_divided_read : reads them
 void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::size_t count, const char* x);
 std::size_t archive_divided_count(Archive& f, const ArchivePart& part, std::size_t& of_all);
@@ -102,7 +101,7 @@ void io(Archive& f, T (&x)[N])
   for (T& one : x) io(f, one);
 }
 
-// number of items; reading: none when it cannot be right
+// number of items; reading: 0 if it is not plausible
 inline std::size_t archive_count(Archive& f, std::size_t count)
 {
   std::uint64_t n = count;
@@ -135,8 +134,8 @@ void io(Archive& f, std::map<std::string, T>& x)
   if (f.reading) x = std::map<std::string, T>(list.begin(), list.end());
 }
 
-// archive_share : what x points to has been in the archive before, or x is null; else it must follow, and
-// reading has to make it and put it into f.shared
+// archive_share : true: the object of x is already in the archive, or x is null; else the object must follow,
+// and the reader must create it and append it to f.shared
 template <class T>
 bool archive_share(Archive& f, std::shared_ptr<T>& x)
 {
@@ -165,7 +164,7 @@ template <class T>
 struct Divided {
   std::vector<T>& x;
   ArchiveKind kind;
-  bool skip = false;           // reading: it is left out
+  bool skip = false;           // reading: skipped
 };
 
 template <class T>
@@ -181,7 +180,7 @@ Divided<T> of_corners(std::vector<T>& x, bool skip = false) { return {x, PER_COR
 template <class T>
 Divided<T> of_bonds(std::vector<T>& x) { return {x, PER_BOND}; }
 
-// archive_each : reading: calls use(index, value) for each number of an array, of which few are held at once
+// archive_each : reading: calls use(index, value) for each number of an array, reading a few at a time
 template <class T, class Use>
 void archive_each(Archive& f, Use use)
 {
@@ -194,7 +193,7 @@ void archive_each(Archive& f, Use use)
   }
 }
 
-// archive_skip : reading: an array is left out
+// archive_skip : reading: skips an array
 template <class T>
 void archive_skip(Archive& f)
 {

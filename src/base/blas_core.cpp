@@ -12,7 +12,7 @@
 
 namespace {
 
-const char* const STARTED = "MPFE_BLAS_CHOSEN";   // guards against starting again and again
+const char* const STARTED = "MPFE_BLAS_CHOSEN";   // prevents repeated restarts
 
 // name of the kernels in OpenBLAS, null: leave the choice to OpenBLAS
 const char* core_type()
@@ -28,7 +28,7 @@ const char* core_type()
   return nullptr;
 }
 
-// ranks on this machine as the launcher tells, 0: started without one
+// number of ranks on this machine according to the launcher, 0: started without one
 long local_ranks()
 {
   for (const char* launcher : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE"})
@@ -36,8 +36,7 @@ long local_ranks()
   return 0;
 }
 
-// one thread without a launcher; else the share of the machine that is left to a rank, and no more than the
-// cores it is bound to
+// one thread without a launcher; else the cores of the machine per rank, limited to those that it is bound to
 long threads()
 {
   const long ranks = local_ranks();
@@ -58,9 +57,9 @@ void blas_choose(int, char** argv)
   if (!std::getenv("OPENBLAS_NUM_THREADS") && !std::getenv("OMP_NUM_THREADS"))
     changed = setenv("OPENBLAS_NUM_THREADS", std::to_string(threads()).c_str(), 0) == 0 || changed;
   if (!changed || setenv(STARTED, "1", 1) != 0) return;
-  char path[4096] = "";                  // by its name, so that ps and top know it
+  char path[4096] = "";                  // by its name, so that ps and top show it
   if (readlink("/proc/self/exe", path, sizeof path - 1) > 0) execv(path, argv);
-  execv("/proc/self/exe", argv);         // the file is gone
+  execv("/proc/self/exe", argv);         // the file was deleted
 }
 
 #else

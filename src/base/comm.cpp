@@ -17,14 +17,14 @@
 namespace {
 
 int rank = 0, size = 1;
-int started = 1;               // ranks of the launcher: size of them work, the others wait
-MPI_Comm world = MPI_COMM_NULL;      // the ranks that work
+int started = 1;               // ranks of the launcher, of which size work and the others wait
+MPI_Comm world = MPI_COMM_NULL;      // the working ranks
 
-// where ranks need no network, MPI does not look at the devices of the bus: 0.02 s of each start
+// if ranks need no network, MPI need not probe the devices of the bus: saves 0.02 s of each start
 const char* const NO_DEVICES = "-linux:pci,-pci";
 
-const long SHORT = 1 << 16;    // numbers of all ranks; below, every rank gets all of them and sums for itself
-// bytes of a message at most, since MPI counts by int; MPFE_COMM_PIECE makes them smaller, for tests
+const long SHORT = 1 << 16;    // numbers of all ranks; below, every rank receives all and sums them itself
+// maximum bytes of a message, since MPI counts by int; MPFE_COMM_PIECE reduces it, for tests
 long piece = 1L << 30;
 
 // calls use(first, bytes) for each piece of a message
@@ -55,16 +55,15 @@ void wait_all(std::vector<MPI_Request>& request)
   MPI_Waitall(static_cast<int>(request.size()), request.data(), MPI_STATUSES_IGNORE);
 }
 
-// what rank root has at x, to all
+// copies x of rank root to all ranks
 void broadcast(void* x, long bytes, int root)
 {
   char* const first = static_cast<char*>(x);
   each_piece(bytes, [&](long at, int n) { MPI_Bcast(first + at, n, MPI_BYTE, root, world); });
 }
 
-// Started without a launcher, Open MPI 4 would start a daemon beside every run (0.3 s), look for networks
-// (0.2 s), and make a folder in /tmp that all such runs share: two of them that start at the same moment end
-// with an error.
+// Without a launcher, Open MPI 4 would start a daemon for every run (0.3 s), search for networks (0.2 s), and
+// create a folder in /tmp that all such runs share: two runs started at the same moment would fail.
 bool alone()
 {
   for (const char* launcher : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE"})
@@ -72,15 +71,15 @@ bool alone()
   return true;
 }
 
-// All ranks on one machine (Open MPI tells): shared memory is all they need, and the search for networks
-// takes 0.2 s
+// If all ranks are on one machine (according to Open MPI), shared memory suffices; the search
+// for networks would take 0.2 s
 bool one_machine()
 {
   const char *here = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE"), *all = std::getenv("OMPI_COMM_WORLD_SIZE");
   return here && all && std::strcmp(here, all) == 0;
 }
 
-// x += part after part, n numbers each
+// adds all parts, of n numbers each, to x
 void add_parts(const RealVec& part, int n, double* x)
 {
   std::copy(part.begin(), part.begin() + n, x);
@@ -95,7 +94,7 @@ void sum_short(double* x, int n)
   add_parts(part, n, x);
 }
 
-// each rank sums its slice of x, and gives it to all
+// each rank sums its slice of x, and sends it to all
 void sum_slices(double* x, int n)
 {
   IntVec count(size), first(size), mine(size), place(size);
@@ -127,7 +126,7 @@ void comm_open(int* argc, char*** argv)
     setenv("OMPI_MCA_pml", "ob1", 0);
     setenv("OMPI_MCA_btl", "self", 0);
     setenv("HWLOC_COMPONENTS", NO_DEVICES, 0);
-    // MPI starts when MUMPS asks for a communicator: 0.03 s that small decks need not spend
+    // MPI starts when MUMPS needs a communicator: saves 0.03 s with small decks
     return;
   }
   if (one_machine()) {
@@ -264,7 +263,7 @@ void comm_sum(double* x, long n)
 {
   if (size == 1) return;
   Timer timer(PHASE_COMM);
-  // two ranks: slices bring as many numbers in two messages
+  // two ranks: slices would send as many numbers in two messages
   const bool small = size == 2 || n * size < SHORT;
   each_piece(8 * n, [&](long at, int bytes) { (small ? sum_short : sum_slices)(x + at / 8, bytes / 8); });
 }

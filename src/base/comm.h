@@ -17,20 +17,20 @@ void comm_open(int* argc, char*** argv);
 void comm_close();
 
 int comm_rank();   // 0 ... comm_size()-1
-int comm_size();   // ranks that work
-int comm_started();      // ranks that the launcher has started
+int comm_size();   // working ranks
+int comm_started();      // ranks started by the launcher
 
-// comm_keep : ranks 0 ... n-1 work from now on; false on the others, which go to comm_end and call nothing
-// else of this header. Collective.
+// comm_keep : only ranks 0 ... n-1 work from now on; false on the others, which must call comm_end and
+// nothing else of this header. Collective.
 bool comm_keep(int n);
 
-// comm_end : exit code of rank 0 on all ranks; those that do not work wait for it asleep. At the end of all.
+// comm_end : exit code of rank 0 on all ranks; idle ranks sleep until then. At the end of the program.
 int comm_end(int code);
 
-// comm_fortran : the communicator of all ranks, or of this one alone, as Fortran knows it (MUMPS)
+// comm_fortran : Fortran handle of the communicator of all ranks, or of this rank alone (MUMPS)
 int comm_fortran(bool all);
 
-// CommAlone : until the end of its block this rank is the only one; what it does there is not collective
+// CommAlone : until the end of its block this rank acts as the only one; routines there are not collective
 struct CommAlone {
   CommAlone();
   ~CommAlone();
@@ -39,26 +39,26 @@ struct CommAlone {
   int rank, size;
 };
 
-// comm_stop : ends this rank, and with it all others, when they cannot agree on an ending any more
+// comm_stop : aborts this rank and all others, when they can no longer agree on an orderly end
 [[noreturn]] void comm_stop(int code);
 
-// comm_bcast : what rank 0 has, to all ranks. Collective.
+// comm_bcast : copies the value of rank 0 to all ranks. Collective.
 void comm_bcast(double* x, int n);
 void comm_bcast(std::string& bytes);
 int comm_bcast(int x);
 
-// comm_send, comm_receive : bytes to one rank, and from one; both wait for the other
+// comm_send, comm_receive : bytes to one rank, and from one; both block until the transfer
 void comm_send(const std::string& bytes, int to);
 void comm_receive(std::string& bytes, int from);
 
-// comm_allreduce_max : the largest x of all ranks. Collective.
+// comm_allreduce_max : maximum of x over the ranks. Collective.
 int comm_allreduce_max(int x);
 
 // comm_sum : sum over the ranks, in their order, so that all get the same bits in every run. Collective.
 void comm_sum(double* x, long n);
 inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<long>(x.size())); }
 
-// comm_max : the largest of each of the n numbers over the ranks, on all of them. Collective.
+// comm_max : maximum over the ranks of each of the n numbers, on all ranks. Collective.
 void comm_max(double* x, long n);
 inline double comm_allreduce_max(double x)
 {
@@ -66,26 +66,26 @@ inline double comm_allreduce_max(double x)
   return x;
 }
 
-// comm_exchange : to[r] goes to rank r, from[r] comes from there; its size is the count. Collective.
+// comm_exchange : sends to[r] to rank r, receives from[r] from it, of the given size. Collective.
 void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from);
 
-// comm_allgatherv : x holds count[r] numbers of rank r, one rank after the other; each brings its own.
+// comm_allgatherv : x holds count[r] numbers of rank r, rank by rank; on entry each rank has set its own.
 // Collective.
 void comm_allgatherv(RealVec& x, const IntVec& count);
 
-// comm_piece : bytes of a message at most; MPFE_COMM_PIECE in the environment makes them fewer, for tests
+// comm_piece : maximum bytes of a message; MPFE_COMM_PIECE in the environment reduces it, for tests
 long comm_piece();
 
-// comm_counts : out[r] goes to rank r; returns what rank r has sent here. Collective.
+// comm_counts : sends out[r] to rank r; returns the numbers received from the ranks. Collective.
 std::vector<long> comm_counts(const std::vector<long>& out);
 
-// comm_raw : out[r] bytes at to[r] go to rank r, in[r] bytes come from it to from[r]; those of this rank are
-// copied. Collective.
+// comm_raw : sends out[r] bytes at to[r] to rank r, receives in[r] bytes from it at from[r]; bytes of this
+// rank are copied. Collective.
 void comm_raw(const std::vector<const void*>& to, const std::vector<long>& out,
               const std::vector<void*>& from, const std::vector<long>& in);
 
-// comm_exchange : to[r] goes to rank r; returns what rank r has sent here: vectors of plain numbers or
-// structs, or strings, of any length. Collective.
+// comm_exchange : sends to[r] to rank r; returns what was received from each rank: vectors of plain numbers
+// or structs, or strings, of any length. Collective.
 template <class Box>
 std::vector<Box> comm_exchange(const std::vector<Box>& to)
 {
@@ -110,7 +110,7 @@ std::vector<Box> comm_exchange(const std::vector<Box>& to)
   return from;
 }
 
-// comm_allgatherv : the vectors of all ranks, one behind the other in the order of the ranks, on all ranks.
+// comm_allgatherv : concatenates the vectors of all ranks, in the order of the ranks, on all ranks.
 // Collective.
 template <class T>
 void comm_allgatherv(std::vector<T>& x)

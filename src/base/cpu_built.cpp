@@ -1,5 +1,5 @@
-// Vector instructions that the program was compiled for, as data: this file is compiled like all others, and
-// nothing in it is run.
+// Vector instructions that the program was compiled for, as data: this file is compiled like all others, but
+// contains no code.
 #include "base/cpu_check.h"
 
 extern const unsigned cpu_built = 0

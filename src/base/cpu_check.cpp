@@ -41,7 +41,7 @@ unsigned processor()
 
 void say(const char* text)
 {
-  if (write(STDERR_FILENO, text, strlen(text)) < 0) return;    // nobody reads it
+  if (write(STDERR_FILENO, text, strlen(text)) < 0) return;    // no reader
 }
 
 __attribute__((constructor(101))) void look()

@@ -1,10 +1,10 @@
 // ---------------------------------------------------------------------------
 // cpu_check.h : does this processor have the vector instructions that the program was compiled for?
 //
-// cpu_check.cpp is compiled for the common processor (Makefile) and looks before anything else runs, also
-// before the constructors of global objects: a processor without them would end the program by SIGILL,
-// without a word. It uses nothing of the C++ library, whose inline functions might come from a file that was
-// compiled otherwise.
+// cpu_check.cpp is compiled for the generic processor (Makefile) and runs before everything else, even before
+// the constructors of global objects: a processor without the instructions would end the program by SIGILL,
+// without a message. It uses nothing of the C++ library, whose inline functions might come from a file
+// compiled for another processor.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_CPU_CHECK_H
 #define MPFE_BASE_CPU_CHECK_H

@@ -16,8 +16,8 @@ double step_function(double s) { return s >= 0.0 ? 1.0 : 0.0; }
 
 bool name_char(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
 
-// parser with the functions and constants that every expression knows, and the parameters that this text
-// names: a deck may have thousands
+// parser with the functions and constants of all expressions, and only the parameters that occur in the text:
+// a deck may have thousands
 void prepare(mu::Parser& parser, const ParamMap& param, const std::string& text)
 {
   parser.DefineConst("pi", std::acos(-1.0));

@@ -30,7 +30,7 @@ bool expr_compile(const std::string& text, const ParamMap& param, Expr& out,
 bool expr_scalar(const std::string& text, const ParamMap& param, double& value,
                  std::string& error, int& position);
 
-// expr_constants : names and values that its text was compiled with; expr_compile makes the same function of
+// expr_constants : names and values of the parameters in its text; expr_compile gives the same function with
 // them
 ParamMap expr_constants(const Expr& e);
 

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// failure.h : the outcome of a routine of the physics: a status, where it failed, and why
+// failure.h : the result of a routine of the physics: status, and location and reason of a failure
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_FAILURE_H
 #define MPFE_BASE_FAILURE_H
@@ -10,12 +10,12 @@
 
 enum FailureAt { AT_NOTHING, AT_ELEMENT, AT_POINT, AT_CORNER, AT_BOND };
 
-// Returned by value; a good one costs nothing. step_explain puts it into words.
+// Returned by value; success costs nothing. step_explain formulates the message.
 struct Failure {
   Status status = STATUS_OK;
   FailureAt at  = AT_NOTHING;
   int index     = -1;          // element, point, corner or bond
-  std::string note;            // the reason, when status and place do not say it
+  std::string note;            // the reason, if status and index do not show it
 
   Failure(Status s = STATUS_OK) : status(s) {}
   Failure(Status s, FailureAt where, int which) : status(s), at(where), index(which) {}
@@ -23,8 +23,8 @@ struct Failure {
   bool ok() const { return status == STATUS_OK; }
 };
 
-// failure_agree : the failure of the first rank that has one, on all ranks; its index stays with that rank.
-// Collective.
+// failure_agree : the failure of the first rank that has one, on all ranks; its index is valid on that rank
+// only. Collective.
 Failure failure_agree(const Failure& own);
 
 #endif

@@ -8,9 +8,9 @@
 
 #include "base/types.h"
 
-// far_first : puts order, which keeps its sequence otherwise, by falling steps from the border; what is not
-// joined to it comes first
-//   in   items    how many there are;   border: those with no step
+// far_first : sorts order, stably, by decreasing distance from the border;
+// items not connected to it are first
+//   in   items    number of items;   border: items at distance 0
 //        near     near(i, use) calls use(j) for the neighbours of i
 template <class Near>
 void far_first(int items, const IntVec& border, Near near, IntVec& order)

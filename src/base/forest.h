@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// forest.h : parts of a set whose items are joined pair by pair
+// forest.h : connected parts of a set whose items are joined in pairs (union-find)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_FOREST_H
 #define MPFE_BASE_FOREST_H
@@ -13,7 +13,7 @@ struct Forest {
   IntVec up;                   // [items] an item of the same part, itself at the root
 
   explicit Forest(int items) : up(items) { std::iota(up.begin(), up.end(), 0); }
-  // root : the item that stands for the part of i
+  // root : the item that represents the part of i
   int root(int i)
   {
     while (up[i] != i) i = up[i] = up[up[i]];

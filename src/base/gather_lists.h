@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// gather_lists.h : a list of lists from pairs that come in any order
+// gather_lists.h : a list of lists from pairs in any order
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_GATHER_LISTS_H
 #define MPFE_BASE_GATHER_LISTS_H

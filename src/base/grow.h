@@ -10,7 +10,7 @@
 
 #include "base/heap.h"
 
-// reserve_apart : large ones on pages of their own rather than behind the heap (PagesApart)
+// reserve_apart : reserves large arrays on pages of their own instead of on the heap (PagesApart)
 template <class T>
 void reserve_apart(std::vector<T>& x, std::size_t n)
 {
@@ -18,8 +18,8 @@ void reserve_apart(std::vector<T>& x, std::size_t n)
   x.reserve(n);
 }
 
-// room_for : room for more items. Arrays of points and corners grow by a few at a time and then stay: half as
-// much again is taken, or another part, where std::vector takes twice as much.
+// room_for : reserves memory for more items. Arrays of points and corners grow by a few items at a time and
+// then keep their size: the capacity grows by a half, or another fraction, instead of by a factor of two.
 template <class T>
 void room_for(std::vector<T>& x, std::size_t more, std::size_t part = 2)
 {
@@ -27,7 +27,7 @@ void room_for(std::vector<T>& x, std::size_t more, std::size_t part = 2)
   if (n > x.capacity()) reserve_apart(x, n + n / part);
 }
 
-// size_to : n items at least; called again with few more, it need not do it again
+// size_to : resizes to n items or more, so that calls with slightly larger n have nothing to do
 template <class T>
 void size_to(std::vector<T>& x, std::size_t n)
 {
@@ -36,26 +36,26 @@ void size_to(std::vector<T>& x, std::size_t n)
   x.resize(std::min(x.capacity(), n + n / 16));
 }
 
-// too_large : is there more room than n items need, by a quarter?
+// too_large : does the capacity exceed n items by more than a quarter?
 template <class T>
 bool too_large(const std::vector<T>& x, std::size_t n)
 {
   return n + n / 4 < x.capacity();
 }
 
-// fit_size : n items, whatever they are. Arrays that are made anew through the run, a little larger or
-// smaller each time: an eighth more is taken, and what is too large by more than a quarter is given back.
+// fit_size : resizes to n items of any value. For arrays that are rebuilt during the run with slightly
+// different sizes: an eighth more is reserved, and an excess of more than a quarter is freed.
 template <class T>
 void fit_size(std::vector<T>& x, std::size_t n)
 {
   if (n > x.capacity() || too_large(x, n)) {
-    std::vector<T>().swap(x);            // before others are taken
+    std::vector<T>().swap(x);            // frees the old memory first
     reserve_apart(x, n + n / 8);
   }
   x.resize(n);
 }
 
-// fit_room : room for an eighth more items than there are
+// fit_room : reserves memory for an eighth more items
 template <class T>
 void fit_room(std::vector<T>& x)
 {
@@ -65,14 +65,14 @@ void fit_room(std::vector<T>& x)
   x.swap(fit);
 }
 
-// give_back : what is too large by more than a quarter
+// give_back : frees an excess capacity of more than a quarter
 template <class T>
 void give_back(std::vector<T>& x)
 {
   if (too_large(x, x.size())) fit_room(x);
 }
 
-// append : one item, n equal ones, or those from first to last
+// append : appends one item, n equal items, or the range from first to last
 template <class T>
 void append(std::vector<T>& x, T item)
 {

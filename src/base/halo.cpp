@@ -6,7 +6,7 @@
 
 namespace {
 
-// the rank that is asked who has a key
+// the rank that keeps the directory entry of a key
 int directory(long key, int ranks)
 {
   const std::uint64_t mixed = static_cast<std::uint64_t>(key) * 0x9E3779B97F4A7C15u;
@@ -19,14 +19,14 @@ struct Holder {
   bool operator<(const Holder& b) const { return key != b.key ? key < b.key : rank < b.rank; }
 };
 
-// [ranks] the keys that this rank and that one have, ascending
+// [ranks] keys shared with that rank, ascending
 std::vector<std::vector<Holder>> ask_directory(const std::vector<long>& key)
 {
   const int ranks = comm_size();
-  std::vector<std::vector<long>> ask(ranks);
-  for (long k : key) ask[directory(k, ranks)].push_back(k);
+  std::vector<std::vector<long>> request(ranks);
+  for (long k : key) request[directory(k, ranks)].push_back(k);
   std::vector<Holder> all;
-  const std::vector<std::vector<long>> asked = comm_exchange(ask);
+  const std::vector<std::vector<long>> asked = comm_exchange(request);
   for (int r = 0; r < ranks; ++r)
     for (long k : asked[r]) all.push_back({k, r});
   std::sort(all.begin(), all.end());
@@ -42,10 +42,10 @@ std::vector<std::vector<Holder>> ask_directory(const std::vector<long>& key)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// halo_form : who has what, by a directory of the keys that is spread over the ranks
+// halo_form : uses a directory of the keys that is distributed over the ranks
 //
-// A thing of several ranks belongs to one of them, which follows from these ranks alone, so that each pair
-// of neighbours has one owner and boundaries stay smooth.
+// The owner of a shared item is determined by the set of its ranks alone, so that each pair of neighbours has
+// one owner and boundaries stay smooth.
 // ---------------------------------------------------------------------------
 void halo_form(const std::vector<long>& key, Halo& h)
 {
@@ -84,7 +84,7 @@ void halo_renumber(const IntVec& index, Halo& h)
 
 namespace {
 
-// calls use(place of a number, its place in a message) for those of the things of list, D each
+// calls use(index into v, index into the message) for the D numbers of each item of list
 template <int FIXED, class Use>
 void each_number(const IntVec& list, int D, Use use)
 {
@@ -103,7 +103,7 @@ void each_number(const IntVec& list, int D, Use use)
   else each_number<0>(list, D, use);
 }
 
-// calls use(vector, its numbers in a message) for each vector; they begin at at
+// calls use(vector, its numbers in the message) for each vector, from index at on
 template <class T, class Use>
 void each_vector(const std::vector<RealVec*>& v, std::size_t numbers, T* at, Use use)
 {
@@ -113,13 +113,13 @@ void each_vector(const std::vector<RealVec*>& v, std::size_t numbers, T* at, Use
   }
 }
 
-// x += those in a message
+// adds the numbers of a message to x
 void add_numbers(const IntVec& list, int D, const double* from, double* x)
 {
   each_number(list, D, [&](std::size_t k, std::size_t at) { x[k] += from[at]; });
 }
 
-// x of v = the sum over the ranks in their order; from [ranks] m numbers and what they have of their things
+// x of v = sum in the order of the ranks; from [ranks]: m numbers and the values of the shared items
 void add_in_order(const Halo& h, int D, const std::vector<RealVec*>& v, const std::vector<RealVec>& from,
                   int m)
 {
@@ -160,7 +160,7 @@ void halo_sum(const Halo& h, int D, const std::vector<RealVec*>& v, double* numb
   for (const RealVec& of : from)
     for (int i = 0; i < m; ++i) number[i] += of[i];
   if (ranks != 2) return add_in_order(h, D, v, from, m);
-  // a sum of two is the same on both
+  // a sum of two numbers is equal on both ranks
   const IntVec& list = h.common[1 - me];
   each_vector(v, list.size() * D, from[1 - me].data() + m,
               [&](double* x, const double* of) { add_numbers(list, D, of, x); });

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// halo.h : things that several ranks have (nodes, rows), each with a key that is the same on all of them
+// halo.h : items shared by several ranks (nodes, rows), each with a key that is equal on all of them
 // (doc/theory.md 5.1)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_HALO_H
@@ -11,28 +11,30 @@
 #include "base/log.h"
 
 struct Halo {
-  // [ranks] index of what that rank has too, in ascending order of the keys on both sides; its own is empty
+  // [ranks] indices of the items shared with that rank, by ascending key on both sides; empty for this rank
   std::vector<IntVec> common;
-  IntVec shared;               // index of what any other rank has too, ascending
-  IntVec owner;                // [n] rank that it belongs to: one of those that have it
+  IntVec shared;               // indices of the items shared with any rank, ascending
+  IntVec owner;                // [n] owner of the item: one of the ranks that have it
   bool on() const { return !common.empty(); }
 };
 
-// halo_form : which things of the keys key [n], each once, other ranks have too. Collective, as all below.
+// halo_form : finds the items shared with other ranks, by their distinct keys key [n].
+// Collective, as all below.
 void halo_form(const std::vector<long>& key, Halo& h);
 
-// halo_renumber : things are counted anew: thing k is number index[k]; without owners
+// halo_renumber : renumbers the items: item k becomes number index[k]; without owners
 void halo_renumber(const IntVec& index, Halo& h);
 
-// halo_sum : v [n*D] of all ranks that have a thing, and m numbers of all ranks, summed in their order;
-// several vectors in one message
+// halo_sum : sums v [n*D] over the ranks that have an item, and m numbers over all ranks, in the order of the
+// ranks; several vectors in one message
 void halo_sum(const Halo& h, int D, const std::vector<RealVec*>& v, double* number = nullptr, int m = 0);
 inline void halo_sum(const Halo& h, int D, RealVec& v, double* number = nullptr, int m = 0)
 {
   halo_sum(h, D, std::vector<RealVec*>{&v}, number, m);
 }
 
-// halo_copy : v [n*D] of the owner to all that have a thing; halo_copy_all: several of them in one message
+// halo_copy : copies v [n*D] from the owner to all ranks with the item; halo_copy_all:
+// several vectors in one message
 template <class T>
 void halo_copy_all(const Halo& h, int D, const std::vector<std::vector<T>*>& v)
 {
@@ -52,7 +54,7 @@ void halo_copy_all(const Halo& h, int D, const std::vector<std::vector<T>*>& v)
   const std::vector<std::vector<T>> from = comm_exchange(to);
   for (std::size_t r = 0; r < h.common.size(); ++r) {
     auto next = from[r].begin();
-    MPFE_CHECK(from[r].size() == numbers(r, static_cast<int>(r)), "ranks disagree on whose things are");
+    MPFE_CHECK(from[r].size() == numbers(r, static_cast<int>(r)), "ranks disagree on owners of items");
     for (int k : h.common[r]) {
       if (h.owner[k] != static_cast<int>(r)) continue;
       for (std::vector<T>* x : v) {

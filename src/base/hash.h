@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// hash.h : a number that tells bytes from others
+// hash.h : checksums of bytes and numbers
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_HASH_H
 #define MPFE_BASE_HASH_H
@@ -17,7 +17,7 @@ inline std::uint64_t hash_add(std::uint64_t hash, const void* data, std::size_t 
   return hash;
 }
 
-// hash_mix : a hash of one more number, a word at a time; its high digits are brought down
+// hash_mix : adds one number to a hash, a word at a time; the high bits are mixed into the low ones
 inline std::uint64_t hash_mix(std::uint64_t h, std::uint64_t x)
 {
   h = (h ^ x) * 1099511628211ULL;

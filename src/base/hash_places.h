@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// hash_places.h : numbers of things by what they are: a hash table whose places hold them, -1: free
+// hash_places.h : hash table whose slots hold the numbers of items, -1: free
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_HASH_PLACES_H
 #define MPFE_BASE_HASH_PLACES_H
@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "base/types.h"
 
-// hash_find : the place of the number that is the same, or the free one where it belongs; same(number)
+// hash_find : the slot of the number with same(number), or the free slot for it
 template <class Same>
 std::size_t hash_find(const IntVec& place, std::uint64_t hash, Same same)
 {
@@ -17,8 +17,8 @@ std::size_t hash_find(const IntVec& place, std::uint64_t hash, Same same)
   return i;
 }
 
-// hash_room : room for one more than n numbers: a table that is half full becomes larger; has(number): it is
-// in the table, hash_of(number)
+// hash_room : enlarges the table, if it would be more than half full with n + 1 numbers; has(number): the
+// number is in the table, hash_of(number): its hash
 template <class Has, class HashOf>
 void hash_room(IntVec& place, int n, Has has, HashOf hash_of)
 {

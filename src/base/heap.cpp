@@ -8,8 +8,8 @@
 
 namespace {
 
-const int KEPT = 1 << 30;      // byte of the heap that may lie idle
-const std::size_t HEAP = 32 << 20;     // byte: smaller requests come from the heap; glibc takes no more
+const int KEPT = 1 << 30;      // bytes of the heap that may be unused
+const std::size_t HEAP = 32 << 20;     // bytes: smaller requests use the heap; the largest value of glibc
 const std::size_t APART = 64 << 10;    // the same, with PagesApart
 
 void take_from_heap(std::size_t size)

@@ -1,24 +1,23 @@
 // ---------------------------------------------------------------------------
-// heap.h : what the C library does with memory that has been freed
+// heap.h : settings of the C library for freed memory
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_HEAP_H
 #define MPFE_BASE_HEAP_H
 
 #include <cstddef>
 
-// heap_keep : freed memory stays with the process. Vectors of a model's length are made and freed in every
-// solution; glibc would give each of them back to the system and get it again page by page (P7: 4 % of the
-// run on one rank; P8: a quarter on two and four, and P9 4 %, for 3 % less memory). What the user has set in
-// MALLOC_* stays.
+// heap_keep : keeps freed memory in the process. Vectors of the size of the model are allocated and freed in
+// every solution; glibc would return each to the system and get it again page by page (P7: 4 % of the run on
+// one rank; P8: a quarter on two and four, and P9 4 %, for 3 % less memory). Settings of the user
+// in MALLOC_* are kept.
 void heap_keep();
 
-// heap_give_back : all pages that are free, also those between others
+// heap_give_back : returns all free pages to the system, also those between used ones
 void heap_give_back();
 
-// PagesApart : while there is one, a request of so many bytes, 64 kB and more, that fits into no hole of the
-// heap gets pages of its own. For arrays that stay, and become larger at times: the place where they were
-// would be another hole that nothing fills (P9: 74 MB on one rank, 79 without; 43.6 on the largest of four,
-// 47 without).
+// PagesApart : during its life requests of 64 kB and more that fit into no hole of the heap get pages of
+// their own. For arrays that stay and sometimes grow: their old memory would become a hole of the heap that
+// is never filled (P9: 74 MB on one rank, 79 without; 43.6 on the largest of four, 47 without).
 struct PagesApart {
   explicit PagesApart(std::size_t bytes);
   ~PagesApart();

@@ -8,7 +8,7 @@
 
 namespace {
 
-// seconds: a queue and mpirun both send the signal that ends a run of ranks
+// seconds: a queue and mpirun may both send the signal that ends a run
 const std::time_t TOGETHER = 3;
 
 volatile std::sig_atomic_t seen = 0;
@@ -20,7 +20,7 @@ void note(int number)
   const std::time_t now = std::time(nullptr);
   if (seen && (comm_started() == 1 || now - when > TOGETHER)) {
     std::signal(number, SIG_DFL);
-    std::raise(number);              // comes when this routine returns
+    std::raise(number);              // delivered when this routine returns
     return;
   }
   if (!seen) when = now;

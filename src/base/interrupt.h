@@ -1,23 +1,23 @@
 // ---------------------------------------------------------------------------
-// interrupt.h : Ctrl-C, kill and the signals of queues end the run after the increment that is under way,
+// interrupt.h : Ctrl-C, kill and the signals of queues end the run after the current increment,
 // with all files complete
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_INTERRUPT_H
 #define MPFE_BASE_INTERRUPT_H
 
-// interrupt_watch : from now on SIGINT, SIGTERM, SIGUSR1 and SIGUSR2 (which mpirun hands on, other than the
-// first two) are only noted; a second one ends the program at once, on several ranks not within seconds.
-// Signals that the user has switched off (nohup) stay off.
+// interrupt_watch : from now on SIGINT, SIGTERM, SIGUSR1 and SIGUSR2 (the latter two are forwarded by mpirun)
+// are only recorded; a second signal ends the program at once, on several ranks only some seconds later.
+// Signals that the user ignores (nohup) remain ignored.
 void interrupt_watch();
 
-// interrupt_signal : number of the signal that has come, 0: none
+// interrupt_signal : number of the signal received, 0: none
 int interrupt_signal();
 
-// interrupt_note : a signal that another rank has seen
+// interrupt_note : records a signal received by another rank
 void interrupt_note(int number);
 
-// interrupt_finish : ends the program by the signal that has come, so that the shell sees it; returns when
-// none has
+// interrupt_finish : ends the program by the signal received, so that the shell sees it;
+// returns if there was none
 void interrupt_finish();
 
 #endif

@@ -6,8 +6,8 @@
 
 namespace {
 
-// first keys of the ranges [ranks - 1] that the ranks look after, from samples of what each brings at regular
-// steps: a range has two even parts of all keys at most
+// first keys of the ranges [ranks - 1] of the ranks, from regular samples of the keys of each rank: a range
+// has at most twice the mean number of keys
 std::vector<long> find_ranges(std::vector<long> own)
 {
   const size_t ranks = comm_size();
@@ -28,7 +28,7 @@ size_t range_of(const std::vector<long>& first, long key)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// key_numbers : each rank counts a range of the keys, and answers those who ask for keys in it
+// key_numbers : each rank numbers a range of the keys, and sends the numbers to the ranks that need them
 // ---------------------------------------------------------------------------
 IntVec key_numbers(const std::vector<long>& brings, const std::vector<long>& key, int& all)
 {

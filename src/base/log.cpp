@@ -11,8 +11,8 @@ namespace {
 
 std::FILE* listing = nullptr;
 bool muted = false, keeping = false, repeating = false;
-std::string kept;              // texts of this rank, each with a zero behind it
-std::set<std::string> heard;   // on the first rank while others keep theirs
+std::string kept;              // texts of this rank, each terminated by a zero
+std::set<std::string> heard;   // texts of the first rank while the others keep theirs
 int warnings = 0;
 
 void say(const std::string& text, bool terminal)

@@ -9,14 +9,15 @@
 // log_open : from now on messages also go to this file; null: terminal only
 void log_open(std::FILE* listing);
 
-// log_mute : from now on log_note, log_warn and log_error say nothing (ranks but the first), or speak again
+// log_mute : switches the output of log_note, log_warn and log_error off (on ranks other than the first) or
+// on
 void log_mute(bool mute);
 
-// log_repeat : what is told from now on has been told already: nothing is said, kept or counted
+// log_repeat : messages from now on repeat earlier ones: they are not printed, kept or counted
 void log_repeat(bool repeat);
 
-// log_keep : warnings and errors of a rank that is mute are kept for log_gather
-// log_gather : the first rank says what others have kept, each text once. Collective.
+// log_keep : keeps warnings and errors of a mute rank for log_gather
+// log_gather : the first rank prints the messages kept by the others, each text once. Collective.
 void log_keep(bool keep);
 void log_gather();
 
@@ -26,7 +27,7 @@ void log_warn(const char* format, ...) __attribute__((format(printf, 1, 2)));
 void log_error(const char* format, ...) __attribute__((format(printf, 1, 2)));
 int log_warnings();
 
-// bug : our mistake: message, file, line, exit code EXIT_BUG; also on ranks that are mute
+// log_bug : error of the program: message, file, line, exit code EXIT_BUG; also on mute ranks
 #define MPFE_CHECK(condition, message) \
   do { if (!(condition)) log_bug(message, __FILE__, __LINE__); } while (0)
 [[noreturn]] void log_bug(const char* message, const char* file, int line);

@@ -6,7 +6,7 @@
 
 namespace {
 
-// part of the work that a cut may leave the middle by, for a straight one
+// fraction of the work by which a cut may deviate from the middle, to be straight
 const double ASIDE = 0.01;
 
 struct Box {
@@ -33,7 +33,7 @@ Box find_box(const RealVec& X, const RealVec& work, const int* begin, const int*
   return box;
 }
 
-// where the first part of the work ends: the widest gap between neighbours that is near
+// end of the first part of the work: the widest gap between neighbours close to it
 int* find_cut(const RealVec& X, const RealVec& work, const Box& box, double goal, int* begin, int* end)
 {
   const double aside = ASIDE * box.work, rounding = 1e-9 * box.size;
@@ -44,7 +44,7 @@ int* find_cut(const RealVec& X, const RealVec& work, const Box& box, double goal
                                           X[3 * static_cast<size_t>(e[-1]) + box.side];
     const double far = std::abs(sum - goal);
     const bool near  = far <= aside;
-    // a wider gap that is near; as wide and nearer; none near so far, and nearer
+    // a wider gap that is close; equally wide and closer; or, without a close one so far, closer
     if (widest < 0.0 ? (near || e == begin || far < off)
                      : near && (gap > widest + rounding || (gap > widest - rounding && far < off))) {
       cut = e;
@@ -56,7 +56,7 @@ int* find_cut(const RealVec& X, const RealVec& work, const Box& box, double goal
   return cut;
 }
 
-// parts of equal work across the longest side, again and again
+// parts of equal work, by recursive cuts across the longest side
 void bisect(const RealVec& X, const RealVec& work, int* begin, int* end, int first, int parts, IntVec& part)
 {
   if (parts == 1 || end - begin < 2) {
@@ -74,28 +74,28 @@ void bisect(const RealVec& X, const RealVec& work, int* begin, int* end, int fir
   bisect(X, work, middle, end, first + left, parts - left, part);
 }
 
-// normals of planes that part_planes tries: sides and diagonals of a cube, and between them those of a plane
+// normals of planes tried by part_planes: sides and diagonals of a cube, and directions between them in 2D
 const double NORMAL[25][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},   {1, -1, 0},
                               {1, 0, 1},  {1, 0, -1}, {0, 1, 1},  {0, 1, -1},  {1, 1, 1},
                               {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}, {1, 2, 0},   {2, 1, 0},
                               {1, -2, 0}, {2, -1, 0}, {1, 0, 2},  {2, 0, 1},   {1, 0, -2},
                               {2, 0, -1}, {0, 1, 2},  {0, 2, 1},  {0, 1, -2},  {0, 2, -1}};
 
-// A thing, and its place along a normal
+// An item, and its coordinate along a normal
 struct Along {
   double x;
   int thing;
   bool operator<(const Along& o) const { return x != o.x ? x < o.x : thing < o.thing; }
 };
 
-// A cut of things in two
+// A cut of items in two
 struct Cut {
-  std::vector<Along> order;    // those before the cut come first
-  size_t left = 0;             // so many of them belong to the first part
-  double surplus = 1e300;      // work above the even one, and things at the cut, as parts of all
+  std::vector<Along> order;    // items of the first part, then the others
+  size_t left = 0;             // number of items of the first part
+  double surplus = 1e300;      // excess work, and items at the cut, as fractions of all
 };
 
-// sides of the box of things [3]
+// sides of the box of the items [3]
 void find_sides(const RealVec& X, const int* begin, const int* end, double* side)
 {
   double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
@@ -107,7 +107,7 @@ void find_sides(const RealVec& X, const int* begin, const int* end, double* side
   for (int i = 0; i < 3; ++i) side[i] = std::max(hi[i] - lo[i], 0.0);
 }
 
-// size of the space of each of n things, as if they filled their box
+// size of the space of each of n items, as if they filled their box
 double spacing(const double* side, size_t n)
 {
   double volume = 1.0;
@@ -120,8 +120,8 @@ double spacing(const double* side, size_t n)
   return sides ? std::pow(volume / static_cast<double>(n), 1.0 / sides) : 0.0;
 }
 
-// How many things lie before the place where their work, added along the normal, reaches goal; they come
-// first in order, and the next one follows them
+// Number of items before the position where the work, summed along the normal, reaches goal; they are first
+// in order, followed by the next one
 size_t reach_goal(const RealVec& work, double goal, std::vector<Along>& order)
 {
   size_t first = 0, last = order.size();
@@ -142,8 +142,8 @@ size_t reach_goal(const RealVec& work, double goal, std::vector<Along>& order)
   return first;
 }
 
-// across n, where a part of the sum of all kinds of work is to the left; things within h/2 of the plane are
-// at the cut
+// cut normal to n, with a fraction of the sum of all kinds of work on the left; items within h/2
+// of the plane are at the cut
 Cut cut_across(const RealVec& X, const std::vector<RealVec>& work, const RealVec& sum, const double* n,
                double part, double h, const int* begin, const int* end)
 {
@@ -197,9 +197,9 @@ void cut_again(const RealVec& X, const std::vector<RealVec>& work, const RealVec
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// part_places : things at X [n*3] in parts of equal work [n] by planes across the longest side
+// part_places : items at X [n*3] in parts of equal work [n] by planes across the longest side
 //
-// A plane goes through the widest gap within a hundredth of the work, so that cuts of regular meshes are
+// A plane is put into the widest gap within a hundredth of the work, so that cuts of regular meshes are
 // straight.
 // ---------------------------------------------------------------------------
 IntVec part_places(const RealVec& X, const RealVec& work, int parts)
@@ -221,8 +221,8 @@ RealVec part_sums(const std::vector<RealVec>& weight)
 // ---------------------------------------------------------------------------
 // part_planes : as part_places with kinds of work [kinds][n]
 //
-// Each cut takes the normal, among 25, that leaves least work above the even one, of each kind, and least
-// things at the cut.
+// Each cut takes the normal, among 25, with the smallest sum of excess work of each kind and
+// of items at the cut.
 // ---------------------------------------------------------------------------
 IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts)
 {

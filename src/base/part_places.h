@@ -1,16 +1,16 @@
 // ---------------------------------------------------------------------------
-// part_places.h : things in parts of equal work, by their places alone
+// part_places.h : division of items into parts of equal work, by their positions
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_PART_PLACES_H
 #define MPFE_BASE_PART_PLACES_H
 
 #include "base/types.h"
 
-// part_places : the part of each thing at X [n*3], parts of equal work [n] by planes                     [n]
+// part_places : the part of each item at X [n*3]; planes separate parts of equal work [n]                [n]
 IntVec part_places(const RealVec& X, const RealVec& work, int parts);
 
-// part_planes : the same with several kinds of work [kinds][n], each in parts that are about equal, by planes
-// that may stand obliquely                                                                             [n]
+// part_planes : the same with several kinds of work [kinds][n], each divided about equally, by planes of any
+// orientation                                                                                          [n]
 IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts);
 
 // part_sums : [n] the sum of all kinds of weight [kinds][n]

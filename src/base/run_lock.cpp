@@ -24,7 +24,7 @@ std::string host_name()
   return *name ? name : "unknown";
 }
 
-// "host NAME process NUMBER"; false: nothing of the kind, a run was killed before it had written it
+// "host NAME process NUMBER"; false: no such text, a run was killed before it wrote it
 bool read_owner(int file, std::string& host, long& process)
 {
   char text[600] = "", name[300] = "";
@@ -41,7 +41,7 @@ bool write_owner(int file)
          pwrite(file, text.data(), text.size(), 0) == static_cast<ssize_t>(text.size());
 }
 
-// is the open file still the one of this path? Its owner may have removed it in between
+// is the open file still the one at this path? Its owner may have removed it in between
 bool same_file(int file, const std::string& path)
 {
   struct stat mine, there;
@@ -79,7 +79,7 @@ Taken try_lock(const std::string& path, std::string& message)
   std::string host;
   long process     = 0;
   const bool free  = flock(file, LOCK_EX | LOCK_NB) == 0;
-  // neither: no flock on this disk, what the file says must do
+  // neither: no flock on this disk, only the text of the file is available
   const bool taken = !free && errno == EWOULDBLOCK;
   if (free && !same_file(file, path)) return close(file), AGAIN;
   const bool owned = read_owner(file, host, process);
@@ -128,7 +128,7 @@ bool lock_held(const std::string& path, std::string& owner)
   const bool named = read_owner(file, host, process);
   owner = named ? "process " + std::to_string(process) + " on " + host : "it has just begun";
   const bool dead = named && host == host_name() && !alive(process);
-  // a lock that nobody holds was left by a crash; one without a name is about to get it
+  // a lock held by no process was left by a crash; one without a name is about to get it
   const bool free = named && !dead && flock(file, LOCK_SH | LOCK_NB) == 0;
   close(file);
   return !dead && !free;

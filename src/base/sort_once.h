@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// sort_once.h : lists in which each item stands once
+// sort_once.h : sorted lists without duplicates
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_SORT_ONCE_H
 #define MPFE_BASE_SORT_ONCE_H
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <vector>
 
-// sort_once : ascending, each item once
+// sort_once : sorts ascending and removes duplicates
 template <class T>
 void sort_once(std::vector<T>& list)
 {

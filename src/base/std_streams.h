@@ -4,11 +4,11 @@
 #ifndef MPFE_BASE_STD_STREAMS_H
 #define MPFE_BASE_STD_STREAMS_H
 
-// streams_open : first of all. Streams that the caller has closed (>&- 2>&-) become /dev/null: else the first
-// files that are opened would take their numbers, and messages would go into results.
+// streams_open : first of all. Opens streams closed by the caller (>&- 2>&-) as /dev/null: otherwise the
+// first files opened would get their numbers, and messages would be written into results.
 void streams_open();
 
-// streams_good : has stdout taken all that was written? false: a full disk, told on stderr
+// streams_good : was all output to stdout written? false: a full disk, reported on stderr
 bool streams_good();
 
 #endif

@@ -8,7 +8,7 @@
 
 #include "base/types.h"
 
-// sum_terms : sum of n terms, in eight parts, so that the compiler can use vector registers
+// sum_terms : sum of n terms, in eight partial sums for vector registers
 template <class Term>
 double sum_terms(size_t n, Term term)
 {

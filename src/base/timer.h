@@ -31,7 +31,7 @@ enum Phase {
 extern const char* const phase_name[PHASES];
 
 struct PhaseTime {
-  long calls = 0, skipped = 0;    // skipped: the phase was looked at, and not needed
+  long calls = 0, skipped = 0;    // skipped: checked, and not needed
   double wall = 0.0, cpu = 0.0;   // seconds
 };
 
@@ -40,8 +40,7 @@ double timer_cpu();               // of all threads of this process
 PhaseTime& timer_phase(Phase p);
 inline void timer_skip(Phase p, long n = 1) { timer_phase(p).skipped += n; }
 
-// Timer timer(PHASE_X); adds the time until the end of its block, but for that which ranks spent with each
-// other in it
+// Timer timer(PHASE_X); adds the time until the end of its block, without communication
 struct Timer {
   explicit Timer(Phase p) : phase(p), comm(timer_phase(PHASE_COMM)), wall0(timer_wall()), cpu0(timer_cpu()) {}
   ~Timer()

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// types.h : words that every folder uses
+// types.h : types used in all folders
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_TYPES_H
 #define MPFE_BASE_TYPES_H
@@ -10,7 +10,7 @@
 using RealVec = std::vector<double>;
 using IntVec  = std::vector<int>;
 
-// What a routine of the physics returns. step/ decides what follows.
+// Status of a routine of the physics. step/ decides what follows.
 enum Status {
   STATUS_OK = 0,
   BAD_JACOBIAN,        // det F <= 0 in an element or a material point
@@ -19,13 +19,13 @@ enum Status {
   SOLVER_SINGULAR,     // zero pivot in the factorisation
   SOLVER_FAILED,       // the linear solver gave up (text in the log)
   NOT_CONVERGED,       // Newton did not converge
-  MASS_FAILED,         // velocities or accelerations were not found: the mass matrix could not be solved
+  MASS_FAILED,         // no velocities or accelerations: the system of the mass matrix could not be solved
   CONTACT_DEPTH,       // a contact point went too deep into its face
   OUTSIDE_GRID,        // a corner of a material point left the grid
-  HALF_RESIDUAL,       // the equations of motion are not fulfilled well enough at half the increment
+  HALF_RESIDUAL,       // the half-increment residual is too large
   CRITERION_EXCEEDED,  // the load at which the first element breaks was stepped over
-  FACES_UNKNOWN,       // contact reaches faces that the rank does not know: divided again, it does
-  DIVISION_FAILED,     // bodies that different ranks know have come near, and the model is not divided again
+  FACES_UNKNOWN,       // contact reaches faces that the rank does not store: the model must be divided again
+  DIVISION_FAILED,     // bodies of different ranks have come close, but the model could not be divided again
   INTERRUPTED          // a signal asked the run to end
 };
 

@@ -11,47 +11,45 @@
 // Contact: contact_alpha M/h.
 extern const double bond_alpha, contact_alpha;
 
-// surface_stiffness : largest mat_stiffness behind a surface, of the faces that are here
+// surface_stiffness : largest mat_stiffness of the material at the faces of a surface on this rank
 double surface_stiffness(const Model& m, const Surface& s);
 
-// bond_side_stiffness : the same of the sides of a bond, or of the slave surface of a pair
+// bond_side_stiffness : the same for the sides of a bond, or for the slave surface of a pair
 double bond_side_stiffness(const Model& m, const BondDef& d);
 
 // bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary
-// areas, normals, penalties. A rank has those at nodes or corners of its elements and points (bond_own), with
-// their whole area. Returns the number of errors (messages in the log). Collective.
+// areas, normals, penalties. A rank has the bonds at nodes or corners of its elements and points (bond_own),
+// with their whole area. Returns the number of errors (messages in the log). Collective.
 int bond_form(const Model& m, const Points& pts, Bonds& bonds);
 
-// bond_own : [nodes, then corners] 1: elements that this rank works on have it, or points from the start
+// bond_own : [nodes, then corners] 1: belongs to an owned element, or to an owned point from the start
 std::vector<char> bond_own(const Model& m, const Points& pts);
 
-// A face of a finite element that looks at elements that have become points
+// A face of a finite element next to converted elements
 struct BondFace {
   int def;                     // index into Model::bond
   Face face;
 };
 
-// bond_skin : places of general contact at the nodes of these faces and between them, of elements that this
-// rank works on (MeshPart::window). Each side carries half: their area is half of what belongs to them.
+// bond_skin : points of general contact at the nodes of these faces and between them, on owned elements
+// (MeshPart::window). Each of the two sides carries half: their area is half of the tributary area.
 void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& bonds);
 
-// bond_rebuild : bonds of the interfaces that conversion has made, slave points of contact on points that
-// were elements, and those of general contact, from scratch; slips and multipliers of bonds that were there
-// before are kept. Bonds of the deck that have lost a node (node_lost [nnode]) tie nothing any more. Returns
-// the slave points that were not there before.
+// bond_rebuild : rebuilds the bonds of interfaces created by conversion, the slave points of contact on
+// converted elements, and the points of general contact; slips and multipliers of existing bonds are kept.
+// Bonds of the deck that have lost a node (node_lost [nnode]) no longer tie. Returns the new slave points.
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
                     const IntVec& node_lost, const std::vector<SkinFace>& skin, Bonds& bonds, Level& l);
 
-// bond_share : divided model: who works on a bond, and who else has it (Bonds::rank, halo, nall), when
-// bonds or owners of nodes are others than before. Collective.
+// bond_share : divided model: owner of each bond, and ranks with copies (Bonds::rank, halo, nall), after
+// bonds or owners of nodes have changed. Collective.
 void bond_share(const Model& m, const Points& pts, Bonds& bonds);
 
-// bond_tell : divided model: of contact pairs, whose points are searched for by the rank that works on them
-// alone: the others get their state. Before bonds or owners of nodes become others. Collective.
+// bond_tell : divided model: copies the state of the points of contact pairs from their owners, which alone
+// search for them, to the other ranks. Before bonds or owners of nodes change. Collective.
 void bond_tell(const Model& m, Bonds& bonds, Level& l);
 
-// bond_places : where side A is, from displacements of nodes and corners                          xb
-// [nbond*dim]
+// bond_places : positions xb [nbond*dim] of side A, from displacements of nodes and corners
 void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                  RealVec& xb);
 
@@ -61,11 +59,11 @@ void bond_stiffness(const Bonds& bonds, int dim, int b, double* C);
 // bond_ground_motion : displacement of the ground under bond b at a time          [dim]
 void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step, double t_total, double* g);
 
-// bond_sums : of the bonds of one definition, of all ranks. Collective.
+// bond_sums : sums over the bonds of one definition, of all ranks. Collective.
 struct BondSums {
   double nodal = 0, between = 0;         // at nodes, between them
   double area    = 0;
-  double penalty = 0;          // of the first one with an area                        force/length^3
+  double penalty = 0;          // of the first bond with an area                       force/length^3
 };
 BondSums bond_sums(const Bonds& bonds, int def);
 

@@ -36,7 +36,7 @@ void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step
 BondSums bond_sums(const Bonds& bonds, int def)
 {
   BondSums sum;
-  double first = 1e300;        // the least name
+  double first = 1e300;        // smallest name
   for (int b = 0; b < bonds.nbond; ++b) {
     if (bonds.def[b] != def || !bonds.counts(b)) continue;
     ++(bonds.intermediate[b] ? sum.between : sum.nodal);
@@ -73,7 +73,7 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
       double Cs = 0.0;
       for (int j = 0; j < dim; ++j) Cs += C[i * dim + j] * s[j];
       energy += s[i] * (0.5 * Cs + lam[i]);
-      const double tied = bonds.cn[b] > 0.0 ? Cs / bonds.cn[b] : 0.0;   // only what the bond ties
+      const double tied = bonds.cn[b] > 0.0 ? Cs / bonds.cn[b] : 0.0;   // slip in the tied directions only
       ss += tied * tied;
     }
     worst = std::max(worst, ss);

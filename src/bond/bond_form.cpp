@@ -14,12 +14,12 @@ const double bond_alpha = 1000.0, contact_alpha = 10.0;
 
 namespace {
 
-// a face of a surface: its nodes (corner c: nnode + c), their places, its share of thickness
+// a face of a surface: its nodes (corner c: nnode + c), their positions, its thickness
 struct FaceNodes {
   int n = 0;
-  int kin[4];
+  int node[4];
   double X[12];                // [n*3]
-  double thickness = 1.0, stiff = 0.0;      // stiff: mat_stiffness of what is behind it
+  double thickness = 1.0, stiff = 0.0;      // stiff: mat_stiffness of its material
 };
 
 double body_stiffness(const Model& m, int b)
@@ -35,7 +35,7 @@ double element_stiffness(const Model& m, int e)
                                            elem_table[m.mesh.elem_type[e]].plane);
 }
 
-// body: of the points that own the face, -1: a finite element owns it
+// of_body: body of the point with the face, -1: a finite element
 FaceNodes face_nodes(const Model& m, const Points& pts, int of_body, const Face& f)
 {
   FaceNodes out;
@@ -45,7 +45,7 @@ FaceNodes face_nodes(const Model& m, const Points& pts, int of_body, const Face&
   for (int k = 0; k < out.n; ++k) {
     const int local = info.face[f.face][k];
     const int node  = body ? pts.conn.begin(f.elem)[local] : m.mesh.conn.begin(f.elem)[local];
-    out.kin[k]      = body ? m.mesh.nnode() + node : node;
+    out.node[k]      = body ? m.mesh.nnode() + node : node;
     for (int i = 0; i < 3; ++i)
       out.X[3 * k + i] = !body ? m.mesh.X[3 * node + i] : i < m.dim ? pts.Xc[node * m.dim + i] : 0.0;
   }
@@ -106,8 +106,8 @@ double penalty_of(const Model& m, const BondDef& d, const FaceNodes& face)
   return (d.alpha > 0.0 ? d.alpha : d.kind == BOND_CONTACT ? contact_alpha : bond_alpha) * stiff / h;
 }
 
-// Height of an element over its face f: mean distance of its other nodes from it, where elements side by side
-// on a face of any mesh are alike. Slivers count as a tenth of the longest edge of the face.
+// Height of an element over its face f: mean distance of its other nodes from it, which is similar for
+// adjacent elements of any mesh. Slivers count as a tenth of the longest edge of the face.
 double height_over(const Model& m, const Points& pts, bool body, const Face& f, const FaceNodes& face)
 {
   const ListTable& conn = body ? pts.conn : m.mesh.conn;
@@ -125,7 +125,7 @@ double height_over(const Model& m, const Points& pts, bool body, const Face& f, 
   return std::max(sum / (conn.count(f.elem) - face.n) / norm, 0.1 * face_size(face));
 }
 
-// penalty per area of a face of general contact: of the material and the size behind it
+// penalty per area of a face of general contact, from material and height of the element behind it
 double skin_penalty(const Model& m, const Points& pts, const BondDef& d, const SkinFace& s,
                     const FaceNodes& face)
 {
@@ -136,8 +136,8 @@ double skin_penalty(const Model& m, const Points& pts, const BondDef& d, const S
   return (d.alpha > 0.0 ? d.alpha : contact_alpha) * face.stiff / h;
 }
 
-// parts of an edge: as the deck says, or as long as the domains of the body on side B, so that the grid
-// receives a traction as evenly as the points do (doc/theory.md 4, measured in doc/verification.md)
+// parts of an edge: from the deck, or as long as the domains of the body on side B, so that the traction on
+// the grid is as uniform as on the points (doc/theory.md 4, measured in doc/verification.md)
 int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
 {
   if (d.intermediate >= 0) return d.intermediate + 1;
@@ -157,7 +157,7 @@ int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
   return std::max(1, static_cast<int>(std::lround(most)));
 }
 
-// a lattice point is named by the nodes it hangs on and its integer weights: shared edges make one bond
+// name of a lattice point: its nodes and integer weights, so that shared edges get one bond
 using BondKey = std::vector<std::pair<int, int>>;
 
 const long NO_NAME = -1;
@@ -168,22 +168,25 @@ struct BondBuilder {
   int def;
   int first;                   // first bond of the definition
   std::map<BondKey, int> known;
-  long name = NO_NAME;         // of the next place on a face (Bonds::name)
-  // nodes and corners of which a place must hang on one (bond_own), one inside a face on its own; null: any
-  // place will do
+  long name = NO_NAME;         // of the next point on a face (Bonds::name)
+  // [nodes, then corners] 1: points that depend on one of them are created (bond_own; points inside a face:
+  // corners of that face); null: all points
   const std::vector<char>* own = nullptr;
 };
 
-// places on a face at most, faces of an element
-const long PLACES = 1L << 14, FACES = 6;
+// maximum number of bonds on a face, of faces of an element
+const long BONDS_OF_FACE = 1L << 14, FACES = 6;
 
-// names of places on faces of elements, behind them on those of points, before them bonds of the deck
+// offsets of names: bonds of the deck, then on faces of elements, then on faces of points
 const long AT_POINTS = 1L << 62, OF_DECK = -AT_POINTS, OWNERS = 1L << 31;
 
-// name of the first place on a face of an element or a point with this number, or on a face of a surface
-long face_name(int def, long number, int face) { return ((def * OWNERS + number) * FACES + face) * PLACES; }
+// name of the first bond on a face of an element or a point with this number, or on a face of a surface
+long face_name(int def, long number, int face)
+{
+  return ((def * OWNERS + number) * FACES + face) * BONDS_OF_FACE;
+}
 
-// a bond without area at the place with the shape functions N of the face; side A stands in the list
+// a bond without area at the point with the shape functions N of the face; side A is already in the list
 int new_bond(BondBuilder& f, const FaceNodes& face, const double* N)
 {
   Bonds& b = f.b;
@@ -228,7 +231,7 @@ int lattice_bond(BondBuilder& f, const BondKey& key, double total, const FaceNod
   return new_bond(f, face, N);
 }
 
-// area, stiffness and normal that a face gives to bond b at the local place xi
+// adds area, stiffness and normal of a face at the local coordinates xi to bond b
 void add_area(BondBuilder& f, const FaceNodes& face, const double* xi, double area, double penalty, int b)
 {
   double n[3];
@@ -248,15 +251,15 @@ int sample_parts(const Model& m, const BondDef& d)
   return body < 0 ? parts : std::max(2, parts / m.body[body].per_cell);
 }
 
-// places of contact inside a slave face                                              (4.17)
+// contact points inside a slave face                                                 (4.17)
 void form_inside(BondBuilder& f, const FaceNodes& face, double penalty)
 {
   const double thickness = f.m.dim == 2 ? face.thickness : 1.0;
-  const auto wanted      = [&](int kin) { return (*f.own)[kin]; };
-  if (f.own && std::none_of(face.kin, face.kin + face.n, wanted)) return;
+  const auto wanted      = [&](int node) { return (*f.own)[node]; };
+  if (f.own && std::none_of(face.node, face.node + face.n, wanted)) return;
   for (const FaceSample& s : face_samples(face.n, face.X, sample_parts(f.m, f.m.bond[f.def]))) {
     for (int k = 0; k < face.n; ++k) {
-      f.b.a.item.push_back(face.kin[k]);
+      f.b.a.item.push_back(face.node[k]);
       f.b.a_w.push_back(s.N[k]);
     }
     const int b = new_bond(f, face, s.N);
@@ -265,7 +268,7 @@ void form_inside(BondBuilder& f, const FaceNodes& face, double penalty)
   }
 }
 
-// face: the first one
+// warns if thickness differs between the sides; face: the first face
 void warn_thickness(const BondBuilder& f, const FaceNodes& face)
 {
   const BondDef& d = f.m.bond[f.def];
@@ -275,8 +278,8 @@ void warn_thickness(const BondBuilder& f, const FaceNodes& face)
            f.m.body[d.body].thickness);
 }
 
-// bonds of one face: trapezoidal shares, so that a uniform traction goes to the nodes as from the
-// element  (4.5)
+// bonds of one face: trapezoidal shares, so that a uniform traction gives the nodal forces
+// of the element (4.5)
 void form_face(BondBuilder& f, const FaceNodes& face)
 {
   const BondDef& d     = f.m.bond[f.def];
@@ -288,11 +291,11 @@ void form_face(BondBuilder& f, const FaceNodes& face)
   for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
     BondKey key;
     for (int k = 0; k < face.n; ++k)
-      if (p.iw[k]) key.emplace_back(face.kin[k], p.iw[k]);
-    // in the same order on all ranks; corners behind nodes
+      if (p.iw[k]) key.emplace_back(face.node[k], p.iw[k]);
+    // the same order on all ranks; corners after nodes
     const int nnode   = f.m.mesh.nnode();
-    const auto number = [&](int kin) {
-      return kin < nnode ? f.m.part.node_number(kin) : f.m.part.nnode + kin;
+    const auto number = [&](int node) {
+      return node < nnode ? f.m.part.node_number(node) : f.m.part.nnode + node;
     };
     const auto wanted = [&](const auto& k) { return (*f.own)[k.first]; };
     if (f.own && std::none_of(key.begin(), key.end(), wanted)) {
@@ -301,7 +304,7 @@ void form_face(BondBuilder& f, const FaceNodes& face)
     }
     std::sort(key.begin(), key.end(),
               [&](const auto& a, const auto& b) { return number(a.first) < number(b.first); });
-    // a node, whatever the parts of the faces that meet there
+    // at a node the name does not depend on the number of parts
     if (key.size() == 1) key[0].second = 1;
     const auto it     = f.known.find(key);
     const double total = key.size() == 1 ? 1.0 : static_cast<double>(parts) * parts;
@@ -312,7 +315,7 @@ void form_face(BondBuilder& f, const FaceNodes& face)
   }
 }
 
-// unit normals; the tangential stiffness of bonds that tie one direction only is zero
+// normalises normals; the tangential stiffness of bonds that tie one direction only is zero
 void finish(BondBuilder& f, int first)
 {
   const BondDef& d = f.m.bond[f.def];
@@ -332,7 +335,7 @@ void finish(BondBuilder& f, int first)
   }
 }
 
-// 1 when a place of the definition lies outside the grid at t = 0
+// 1 if a bond of the definition lies outside the grid at t = 0
 int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first)
 {
   const Grid& g = m.grid;
@@ -340,9 +343,8 @@ int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first
     for (int i = 0; i < m.dim; ++i) {
       const double t = (bonds.X[3 * b + i] - g.lo[i]) / g.h[i];
       if (t > -1e-9 && t < g.n[i] + 1e-9) continue;
-      log_error("bond %s (%s line %d): its place (%g, %g) on surface %s lies outside the grid: enlarge "
-                "*GRID, or take another "
-                "surface",
+      log_error("bond %s (%s line %d): its point (%g, %g) on surface %s lies outside the grid: enlarge "
+                "*GRID, or use another surface",
                 d.name.c_str(), d.place.file.c_str(), d.place.line, bonds.X[3 * b], bonds.X[3 * b + 1],
                 m.surface[d.surface].name.c_str());
       return 1;
@@ -350,7 +352,7 @@ int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first
   return 0;
 }
 
-// sum of the area vectors of a surface at t = 0, and in area the sum of their lengths. Collective
+// sum of the area vectors of a surface at t = 0; area: sum of their norms. Collective
 void area_vector(const Model& m, const Points& pts, int surface, double* sum, double& area)
 {
   const Surface& s = m.surface[surface];
@@ -368,7 +370,7 @@ void area_vector(const Model& m, const Points& pts, int surface, double* sum, do
   comm_sum(sum, 3);
 }
 
-// two nearly plane surfaces that face the same way cannot meet: one of them is the wrong side
+// two nearly plane surfaces with the same normal cannot meet: one of them is on the wrong side
 void warn_same_way(const Model& m, const Points& pts, const BondDef& d)
 {
   double a[3], b[3], area_a, area_b;
@@ -436,7 +438,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
 
 namespace {
 
-// bonds keep their name when the mesh around them changes: what side A hangs on
+// key of a bond that is kept when the mesh around it changes: nodes and weights of side A
 using SlipKey = std::pair<int, std::vector<std::pair<int, long>>>;
 
 SlipKey slip_key(const Bonds& b, int q)
@@ -447,7 +449,7 @@ SlipKey slip_key(const Bonds& b, int q)
   return key;
 }
 
-// A face of general contact; a point that is released begins with places of its own (apart)
+// A face of general contact; a released point begins with new contact points (apart)
 using FaceId = std::array<int, 3>;
 
 FaceId face_id(const SkinFace& f, bool apart) { return {apart ? f.points : f.points > 0, f.elem, f.face}; }
@@ -472,27 +474,27 @@ void cut_bonds(Bonds& b, int dim, int n)
 
 namespace {
 
-// What a bond that is made anew takes from the one of the same name that was there before
+// State that a rebuilt bond takes from the earlier bond of the same name
 struct KeptBond {
   std::array<double, 3> slip{{0, 0, 0}}, lambda{{0, 0, 0}};
   double lambda_n = 0.0, offset = 0.0, initial_penetration = 0.0, deep = 0.0, area = 0.0;
-  double cn = 0.0, ct = 0.0, friction = 0.0;   // of general contact: those of the face that it met
+  double cn = 0.0, ct = 0.0, friction = 0.0;   // general contact: of the face that it met
   SkinFace met;
   int wall = -1;
 };
 
-// Bonds of before: by what side A hangs on; places of general contact face by face
+// Earlier bonds: by their keys; points of general contact face by face
 struct KeptBonds {
   std::map<SlipKey, KeptBond> bond;
-  std::vector<KeptBond> place;
-  std::vector<std::pair<FaceId, int>> face;          // ascending; first place of it
+  std::vector<KeptBond> point;
+  std::vector<std::pair<FaceId, int>> face;          // ascending; its first point
 };
 
 KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
 {
   const ContactState& c = b.contact;
   KeptBonds kept;
-  int open = -1;               // face whose places are kept
+  int open = -1;               // face of the points being stored
   for (int q = b.nfixed; q < b.nbond; ++q) {
     KeptBond k;
     std::copy_n(&l.slip[q * dim], dim, k.slip.begin());
@@ -511,22 +513,22 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
       kept.bond[slip_key(b, q)] = k;
       continue;
     }
-    if (c.skin_of[q] != open) kept.face.emplace_back(face_id(c.skin[c.skin_of[q]], true), kept.place.size());
+    if (c.skin_of[q] != open) kept.face.emplace_back(face_id(c.skin[c.skin_of[q]], true), kept.point.size());
     open = c.skin_of[q];
-    kept.place.push_back(k);
+    kept.point.push_back(k);
   }
   std::sort(kept.face.begin(), kept.face.end());
   return kept;
 }
 
-// index of the first of these that is not before id
+// index of the first item that is not before id
 size_t find_id(const std::vector<std::pair<FaceId, int>>& list, const FaceId& id)
 {
   const auto before = [](const std::pair<FaceId, int>& a, const FaceId& b) { return a.first < b; };
   return std::lower_bound(list.begin(), list.end(), id, before) - list.begin();
 }
 
-// the bond that bond q was before, null: it was not there; first: the first one of its face
+// earlier state of bond q, null: new bond; first: the first bond of its face
 const KeptBond* bond_before(const KeptBonds& kept, const Bonds& b, int q, int first)
 {
   if (b.contact.skin_of[q] < 0) {
@@ -536,11 +538,10 @@ const KeptBond* bond_before(const KeptBonds& kept, const Bonds& b, int q, int fi
   const FaceId id = face_id(b.contact.skin[b.contact.skin_of[q]], true);
   const size_t at = find_id(kept.face, id);
   if (at == kept.face.size() || kept.face[at].first != id) return nullptr;
-  return &kept.place[kept.face[at].second + q - first];
+  return &kept.point[kept.face[at].second + q - first];
 }
 
-// bonds from nfixed on: what they were, or a start from nothing. Returns the points of contact that were not
-// there before
+// sets the state of the bonds from nfixed on: their earlier state, or zero. Returns the new contact points
 IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
 {
   ContactState& c = b.contact;
@@ -552,7 +553,7 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   l.slip.resize(all * dim, 0.0);
   l.lambda.resize(all * dim, 0.0);
   l.lambda_n.resize(all, 0.0);
-  std::vector<std::pair<FaceId, int>> skin;          // a point that was released has kept its faces
+  std::vector<std::pair<FaceId, int>> skin;          // a released point keeps its faces
   for (size_t i = 0; i < c.skin.size(); ++i) skin.emplace_back(face_id(c.skin[i], false), i);
   std::sort(skin.begin(), skin.end());
   int first = b.nfixed;
@@ -565,7 +566,7 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
     }
     std::copy_n(k->slip.begin(), dim, &l.slip[q * dim]);
     std::copy_n(k->lambda.begin(), dim, &l.lambda[q * dim]);
-    l.lambda_n[q] = k->lambda_n * (k->area > 0.0 ? b.area[q] / k->area : 1.0);   // of contact: kept per area
+    l.lambda_n[q] = k->lambda_n * (k->area > 0.0 ? b.area[q] / k->area : 1.0);   // contact: kept per area
     c.offset[q]   = k->offset;
     c.initial_penetration[q]    = k->initial_penetration;
     c.deep[q]     = k->deep;
@@ -582,14 +583,14 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   return fresh;
 }
 
-// contact pair whose slave surface is one of elements
+// is it a contact pair with a slave surface of elements?
 bool has_slave_elements(const Model& m, const BondDef& d)
 {
   return d.kind == BOND_CONTACT && !d.contact.general && m.surface[d.surface].body < 0;
 }
 
-// Slave places of the deck keep the part of their area that belongs to faces of elements; the rest goes on at
-// faces of points. Forces are kept per area.
+// Slave points of the deck keep the part of their area on faces of elements; the rest moves to faces of
+// points. Forces are kept per area.
 void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 {
   const int dim = m.dim;
@@ -620,8 +621,8 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 
 }  // namespace
 
-// general contact: parts of an edge of a face, in the plane and in space: the least that hold the stress of a
-// patch test to 1e-3 from ten faces on (doc/verification.md, G6)
+// general contact: parts of an edge of a face, in 2D and 3D: the smallest numbers for which the stress error
+// of a patch test is below 1e-3 from ten faces on (doc/verification.md, G6)
 const int SKIN_PARTS[4] = {0, 0, 4, 3};
 
 void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& b)
@@ -648,7 +649,7 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
       for (int k = 0; k < face.n; ++k) {
         N[k] = p.iw[k] / (static_cast<double>(parts) * parts);
         if (p.iw[k] == 0) continue;
-        b.a.item.push_back(face.kin[k]);
+        b.a.item.push_back(face.node[k]);
         b.a_w.push_back(N[k]);
       }
       const int q  = new_bond(f, face, N);
@@ -674,7 +675,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
       l.lambda_n[q] = 0.0;
     }
   cut_bonds(b, dim, b.nfixed);
-  for (size_t k = 0; k < face.size();) {             // faces come definition by definition
+  for (size_t k = 0; k < face.size();) {             // faces are sorted by definition
     const int def = face[k].def, first = b.nbond;
     BondBuilder f{m, b, def, first, {}};
     for (; k < face.size() && face[k].def == def; ++k) {
@@ -683,7 +684,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
     }
     finish(f, first);
   }
-  for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces go on as faces of points
+  for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces continue as faces of points
     if (!has_slave_elements(m, m.bond[d]) || !m.bond[d].contact.held) continue;
     const int first = b.nbond;
     BondBuilder f{m, b, static_cast<int>(d), first, {}};
@@ -699,10 +700,10 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
 
 namespace {
 
-// does this rank alone have the place of general contact?
+// is bond q a point of general contact, which one rank alone has?
 bool is_alone(const Model& m, const Bonds& b, int q) { return m.part.window && b.contact.skin_of[q] >= 0; }
 
-// who works on a bond: the rank of the first node or corner
+// owner of a bond: the rank of its first node or corner
 int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
 {
   if (is_alone(m, b, q)) return comm_rank();
@@ -710,8 +711,8 @@ int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
   return c < 0 ? m.part.halo.owner[first] : pts.part.halo.owner[c];
 }
 
-// Who works on bonds that several ranks have: the one that says so itself, since it has all that is at their
-// corners; at the rim of what is known a rank may take another one for it. -1: none of these. Collective
+// Owners of bonds on several ranks: the rank that considers itself the owner, since it stores everything at
+// their corners; at the edge of its halo a rank may assume a wrong owner. -1: none of the ranks. Collective
 void claim_bonds(Bonds& b)
 {
   const int ranks = comm_size(), me = comm_rank();
@@ -732,7 +733,7 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
 {
   if (!m.part.on) return;
   b.rank.clear();
-  IntVec known;                // that other ranks may know too
+  IntVec known;                // bonds that other ranks may have too
   std::vector<long> key;
   for (int q = 0; q < b.nbond; ++q) {
     b.rank.push_back(rank_of(m, pts, b, q));
@@ -744,7 +745,7 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
   const IntVec first = b.halo.owner;
   halo_renumber(known, b.halo);
   claim_bonds(b);
-  // a rank may have a node by an equation alone, and no bond of the deck there
+  // a rank may have a node only because of an equation, and then no bond of the deck there
   for (size_t k = 0; k < known.size(); ++k)
     if (known[k] < b.nfixed && b.rank[known[k]] < 0) b.rank[known[k]] = first[k];
   double own = 0.0;

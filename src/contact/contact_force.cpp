@@ -5,11 +5,11 @@
 
 namespace {
 
-// part of the normal force (negative: pressure) that the penalty C makes, and its slope, from the gaps at
-// both ends of the step, shifted by lambda/C. The energy-momentum scheme takes the discrete gradient of
-// 1/2 C <g>^2, so that a contact gives back the energy it took  (4.10)
-//   in   touch: gaps up to it are closed in statics (the force has no jump, the slope has): otherwise a body
-//        that rests on another has nothing to stand on in the first iteration
+// normal force (negative: pressure) of the penalty C, and its slope, from the gaps at both ends of the
+// increment, shifted by lambda/C. The energy-momentum scheme takes the discrete gradient of 1/2 C <g>^2, so
+// that a contact returns the energy it has stored  (4.10)
+//   in   touch: in statics gaps up to it are closed (the slope has a jump there, the force has not):
+//        otherwise a body that rests on another would be unsupported in the first iteration
 void normal_law(const KernelMode& mode, double C, double touch, double g0, double g1, double& p,
                 double& slope)
 {
@@ -29,8 +29,8 @@ void normal_law(const KernelMode& mode, double C, double touch, double g0, doubl
   }
 }
 
-// the part with which a deep contact grows, added to p and slope: that of the energy 1/4 G <g>^4, g the gaps
-// beyond the depth where it begins                                                 (4.21)
+// adds to p and slope the stiffening of a deep contact: energy 1/4 G <g>^4, with g the gap beyond the depth
+// where it begins                                                                  (4.21)
 void add_growth(const KernelMode& mode, double G, double g0, double g1, double& p, double& slope)
 {
   const double a = std::min(g0, 0.0), b = std::min(g1, 0.0), dg = g1 - g0;
@@ -74,13 +74,13 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   const double gap = contact_gap(pairs, b, g1);
   *slipped = 0.0;
   if (mu == 0.0) return gap;
-  // touches without pressure: it sticks until Newton's method knows the pressure
+  // contact without pressure: sticks until Newton's method has found the pressure
   if (p >= 0.0) {
     for (int i = 0; K && slope > 0.0 && i < dim; ++i)
       for (int j = 0; j < dim; ++j) K[i * dim + j] += Ct * ((i == j) - n[i] * n[j]);
     return gap;
   }
-  // return mapping: the trial force sticks, its length is cut at mu |p|              (4.11)
+  // return mapping: sticking trial force, its norm limited to mu |p|                 (4.11)
   double size = 0.0, trial[3];
   for (int i = 0; i < dim; ++i) {
     trial[i] = t0[i] - tn * n[i] + Ct * (s[i] - sn * n[i]);

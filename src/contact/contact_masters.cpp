@@ -12,11 +12,12 @@
 
 namespace {
 
-// of the reach of a pair: what master faces and contact points may move before it is asked again who is near
+// Fraction of the reach of a pair by which master faces and contact points may move before the test of
+// masters_known is repeated
 const double MARGIN = 0.25;
 
-// Longest edge of the master faces of each pair, of all ranks: how far its contact points look. Collective
-// with a divided model
+// Longest edge of the master faces of each pair, of all ranks: the search range of its contact points.
+// Collective with a divided model
 RealVec reaches(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, bool at_start)
 {
   RealVec reach(m.bond.size(), 0.0);
@@ -29,8 +30,8 @@ RealVec reaches(const Model& m, const Points& pts, const RealVec& u, const RealV
   return reach;
 }
 
-// Side A on a body: each point of this rank with a corner on it, in the box of the faces that have its
-// corners there: contact points at these are of the rank of any point around
+// Side A on a body: each point of this rank with a corner on it, with the box of the faces at its corners
+// there: the contact point at a corner may belong to the rank of any point around
 void add_points(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, int def,
                 std::vector<NearFace>& out)
 {
@@ -39,7 +40,7 @@ void add_points(const Model& m, const Points& pts, const RealVec& u, const RealV
     face.push_back(master_face(m, pts, 1, {f.elem, f.face}, u, uc));
   const ListTable at = gather_lists(pts.ncorner, [&](auto use) {
     for (size_t i = 0; i < face.size(); ++i)
-      for (int k = 0; k < face[i].n; ++k) use(face[i].kin[k] - m.mesh.nnode(), static_cast<int>(i));
+      for (int k = 0; k < face[i].n; ++k) use(face[i].node[k] - m.mesh.nnode(), static_cast<int>(i));
   });
   for (int q = 0; q < pts.npoint; ++q) {
     if (!point_counts(m, pts, q)) continue;
@@ -71,28 +72,28 @@ void add_side(const Model& m, const Points& pts, const RealVec& u, const RealVec
 // nodes and corners of master faces and contact points of this rank, each once
 IntVec moving(const Model& m, const Points& pts, const Bonds& bonds, const std::vector<char>& own)
 {
-  IntVec kin;
+  IntVec node;
   for (const BondDef& d : m.bond) {
     if (!d.pair()) continue;
     for (const SkinFace& f : surface_faces(m, pts, d.contact.master, false)) {
       if (!point_skin_counts(m, pts, f)) continue;
       const MasterFace at = face_at_start(m, pts, f.points, {f.elem, f.face});
-      kin.insert(kin.end(), at.kin, at.kin + at.n);
+      node.insert(node.end(), at.node, at.node + at.n);
     }
   }
   for (int b = 0; b < bonds.nbond; ++b)
-    if (own[b]) kin.insert(kin.end(), bonds.a.begin(b), bonds.a.begin(b + 1));
-  sort_once(kin);
-  return kin;
+    if (own[b]) node.insert(node.end(), bonds.a.begin(b), bonds.a.begin(b + 1));
+  sort_once(node);
+  return node;
 }
 
-// calls use(k, u) for the displacement of each number k of kin
+// calls use(k, u) for the displacement components k of node (corner c: nnode + c)
 template <class Use>
-void each_motion(const IntVec& kin, int nnode, int dim, const RealVec& u, const RealVec& uc, Use use)
+void each_motion(const IntVec& node, int nnode, int dim, const RealVec& u, const RealVec& uc, Use use)
 {
-  for (size_t k = 0; k < kin.size(); ++k)
+  for (size_t k = 0; k < node.size(); ++k)
     for (int i = 0; i < dim; ++i)
-      use(k * dim + i, kin[k] < nnode ? u[kin[k] * dim + i] : uc[(kin[k] - nnode) * dim + i]);
+      use(k * dim + i, node[k] < nnode ? u[node[k] * dim + i] : uc[(node[k] - nnode) * dim + i]);
 }
 
 // [nbond] contact points of pairs at nodes or corners of this rank
@@ -154,26 +155,26 @@ std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, cons
   return out;
 }
 
-// The reach grows with faces that stretch, by as much as two of their nodes move
+// A stretching face increases the reach by at most the motion of two of its nodes: factor 4
 bool masters_known(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                    const RealVec& xb, MasterWatch& watch, std::vector<NearFace>& face)
 {
   if (!m.part.on || !model_has_pairs(m)) return true;
   const int nnode = m.mesh.nnode();
-  double most     = 0.0;       // what has moved since then
+  double moved    = 0.0;       // largest displacement component since the last test
   bool stale = uc.size() != watch.corners || watch.own.size() != static_cast<size_t>(bonds.nbond) ||
                watch.margin == 0.0;
   if (!stale)
-    each_motion(watch.kin, nnode, m.dim, u, uc, [&](size_t k, double x) {
-      most = std::max(most, std::fabs(x - watch.u[k]));
+    each_motion(watch.node, nnode, m.dim, u, uc, [&](size_t k, double x) {
+      moved = std::max(moved, std::fabs(x - watch.u[k]));
     });
   else watch.own = own_points(m, pts, bonds);
-  stale = stale || 4.0 * std::sqrt(m.dim) * most >= watch.margin;
+  stale = stale || 4.0 * std::sqrt(m.dim) * moved >= watch.margin;
   if (comm_allreduce_max(static_cast<int>(stale)) == 0) return true;
-  watch.kin     = moving(m, pts, bonds, watch.own);
+  watch.node    = moving(m, pts, bonds, watch.own);
   watch.corners = uc.size();
-  watch.u.resize(watch.kin.size() * m.dim);
-  each_motion(watch.kin, nnode, m.dim, u, uc, [&](size_t k, double x) { watch.u[k] = x; });
+  watch.u.resize(watch.node.size() * m.dim);
+  each_motion(watch.node, nnode, m.dim, u, uc, [&](size_t k, double x) { watch.u[k] = x; });
   face     = masters_and_slaves(m, pts, u, uc, false, &watch.margin);
   std::vector<NearFace> master;
   for (const NearFace& f : face)

@@ -9,22 +9,22 @@
 namespace {
 
 // Test of all three: Face.ContactMeetsNearTheRimAndNotTooDeep (unit)
-// 1 + (1/4)^2, on squared distances: a point below an edge belongs to the face while it lies beside it by no
-// more than a quarter of its depth (14 degrees)
+// 1 + (1/4)^2, on squared distances: a point below an edge belongs to the face if it lies beside it by at
+// most a quarter of its depth (14 degrees)
 const double BESIDE2 = 1.0625;
-const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face beside its rim still meets it
-// of the squared size: a place that pushes and meets nothing more keeps its face while it is beside it by
-// less than its size: what it stores comes back.  Test: verification/contact/g3_glance.inp
+const double RIM2    = 1e-4;   // of the squared size: a point beside the rim by 1 % of the size is in contact
+// of the squared size: a point that pushes and meets no other face keeps its face while it is beside it by
+// less than the size, so that its energy is recovered.  Test: verification/contact/g3_glance.inp
 const double HELD2   = 1.0;
-// What a gap is off by rounding: part of the size of the face, and of its coordinates. Smaller gaps of either
-// sign are the same.  Tests: Contact.RoundingIsNoPenetration (unit), verification/contact/touch_place
+// Round-off of a gap, relative to the size of the face, and to its coordinates. Smaller gaps of either sign
+// are equal.  Tests: Contact.RoundingIsNoPenetration (unit), verification/contact/touch_place
 const double ROUNDING = 1e-12, DIGITS = 8.0 * std::numeric_limits<double>::epsilon();
 
-double largest_of(const MasterFace& f)
+double largest_coordinate(const MasterFace& f)
 {
-  double most = 0.0;
-  for (int i = 0; i < 3; ++i) most = std::max({most, std::fabs(f.lo[i]), std::fabs(f.hi[i])});
-  return most;
+  double largest = 0.0;
+  for (int i = 0; i < 3; ++i) largest = std::max({largest, std::fabs(f.lo[i]), std::fabs(f.hi[i])});
+  return largest;
 }
 
 // move(k): displacement k of the nodes or the corners
@@ -37,7 +37,7 @@ MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, 
   out.n = info.nfnode[f.face];
   for (int k = 0; k < out.n; ++k) {
     const int c = conn[info.face[f.face][k]];
-    out.kin[k]  = body ? m.mesh.nnode() + c : c;
+    out.node[k]  = body ? m.mesh.nnode() + c : c;
     for (int i = 0; i < 3; ++i) {
       double x = 0.0;
       if (i < m.dim) x = (body ? pts.Xc[c * m.dim + i] : m.mesh.X[3 * c + i]) + move(c * m.dim + i);
@@ -50,7 +50,7 @@ MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, 
     const double *a = out.x + 3 * k, *b = out.x + 3 * ((k + 1) % out.n);
     out.size = std::max(out.size, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
   }
-  out.rounding = ROUNDING * out.size + DIGITS * largest_of(out);
+  out.rounding = ROUNDING * out.size + DIGITS * largest_coordinate(out);
   return out;
 }
 
@@ -83,9 +83,9 @@ void face_middle(const MasterFace& f, double* x, double* n)
 
 namespace {
 
-// local place of the foot of the perpendicular from p: Newton on the two tangents (one step for edges,
-// triangles and parallelograms, and one that sees it). x = m + a xi + b eta + h xi eta; a triangle from its
-// first node, h = 0
+// local coordinates of the normal projection of p: Newton's method on the two tangents (one iteration for
+// edges, triangles and parallelograms, and one to confirm). x = m + a xi + b eta + h xi eta; a triangle from
+// its first node, h = 0
 void project(const MasterFace& f, const double* p, double* xi)
 {
   double r0[3], a[3], b[3] = {0, 0, 0}, h[3] = {0, 0, 0};
@@ -126,7 +126,7 @@ void project(const MasterFace& f, const double* p, double* xi)
 
 bool on_face(const MasterFace& f, const double* xi)
 {
-  const double tol = 1e-6;     // of the face: neighbours overlap by as much, so nothing slips through an edge
+  const double tol = 1e-6;     // local: neighbours overlap by this, so that no point slips through an edge
   if (f.n == 3) return xi[0] > -tol && xi[1] > -tol && xi[0] + xi[1] < 1.0 + tol;
   return std::fabs(xi[0]) < 1.0 + tol && std::fabs(xi[1]) < 1.0 + tol;
 }
@@ -135,7 +135,7 @@ bool on_face(const MasterFace& f, const double* xi)
 const double CORNER[5][4][2] = {
     {}, {}, {{-1, 0}, {1, 0}}, {{0, 0}, {1, 0}, {0, 1}}, {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
 
-// share of b in the point of the line from a to b that is nearest to p
+// parameter 0 ... 1 of the point of the line from a to b that is closest to p
 double nearest_on_line(const double* a, const double* b, const double* p)
 {
   double along = 0.0, length2 = 0.0;
@@ -146,7 +146,7 @@ double nearest_on_line(const double* a, const double* b, const double* p)
   return length2 > 0.0 ? std::min(std::max(along / length2, 0.0), 1.0) : 0.0;
 }
 
-// local place of the point of the edges of f, which are straight, nearest to p; in the plane of its ends
+// local coordinates of the point of the (straight) edges of f closest to p; 2D: of the ends of f
 void nearest_on_rim(const MasterFace& f, const double* p, double* xi)
 {
   double least = 1e300;
@@ -164,8 +164,8 @@ void nearest_on_rim(const MasterFace& f, const double* p, double* xi)
   }
 }
 
-// what p meets at the local place xi of f. Returns the squared distance
-double take_place(const MasterFace& f, const double* p, const double* xi, Hit& hit)
+// hit of p at the local coordinates xi of f. Returns the squared distance
+double hit_at(const MasterFace& f, const double* p, const double* xi, Hit& hit)
 {
   double distance2 = 0.0;
   face_eval(f.n, xi, hit.N, nullptr);
@@ -191,13 +191,13 @@ double contact_nearest(const MasterFace& f, const double* p, bool& over, Hit& hi
   project(f, p, xi);
   over = on_face(f, xi);
   if (over) {
-    const double distance2 = take_place(f, p, xi, hit);
-    // far from a distorted face Newton's method may not converge, and end inside by chance
+    const double distance2 = hit_at(f, p, xi, hit);
+    // far from a distorted face Newton's method may fail to converge, and end inside by chance
     over = distance2 - hit.gap * hit.gap <= RIM2 * f.size * f.size;
     if (over) return distance2;
   }
   nearest_on_rim(f, p, xi);
-  return take_place(f, p, xi, hit);
+  return hit_at(f, p, xi, hit);
 }
 
 Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit)
@@ -208,7 +208,7 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
   const double distance2 = contact_nearest(f, p, over, hit);
   if (hit.gap > reach || hit.gap < -CONTACT_DEEPEST * f.size) return PROJ_NONE;
   const double gap2 = hit.gap * hit.gap, rim2 = RIM2 * f.size * f.size;
-  // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
+  // below a concave edge a point may lie over no face at all: it belongs to the face whose edge is closest
   hit.beside = !over && hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2;
   if (over || hit.beside) return PROJ_OVER;
   return distance2 - gap2 <= rim2 ? PROJ_RIM : PROJ_NONE;
@@ -219,8 +219,8 @@ bool contact_outside(const Hit& hit, const MasterFace& neighbour, const double* 
 {
   const MasterFace& f = *hit.face;
   for (int k = 0; k < f.n; ++k)
-    if (hit.N[k] > 1e-6 && std::find(neighbour.kin, neighbour.kin + neighbour.n, f.kin[k]) ==
-                               neighbour.kin + neighbour.n)
+    if (hit.N[k] > 1e-6 && std::find(neighbour.node, neighbour.node + neighbour.n, f.node[k]) ==
+                               neighbour.node + neighbour.n)
       return false;
   double x[3], n[3], gap = 0.0;
   face_middle(neighbour, x, n);
@@ -237,7 +237,7 @@ bool contact_hold(const MasterFace& f, const double* p, Hit& hit)
   double xi[2];
   Hit beside;
   project(f, p, xi);
-  const double beside2 = take_place(f, p, xi, beside) - beside.gap * beside.gap;
+  const double beside2 = hit_at(f, p, xi, beside) - beside.gap * beside.gap;
   if (beside2 <= RIM2 * f.size * f.size) hit = beside;       // else Newton's method did not converge
   return true;
 }
@@ -252,7 +252,7 @@ void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<
 
 namespace {
 
-// is a as small as least, to rounding?
+// is a equal to the minimum least, to round-off?
 bool equals(double a, double least, const Hit& hit)
 {
   return a <= least + 1e-8 * hit.face->size + hit.face->rounding;
@@ -266,16 +266,16 @@ double distance(const Hit& hit) { return std::hypot(hit.r[0], hit.r[1], hit.r[2]
 void contact_equal(std::vector<Hit>& best)
 {
   if (best.empty()) return;
-  double gap = 1e300, place = 1e300;
+  double gap = 1e300, closest = 1e300;
   bool flat = true;
   size_t n  = 0;
   for (const Hit& hit : best) gap = std::min(gap, std::fabs(hit.gap));
   best.erase(std::remove_if(best.begin(), best.end(),
                             [&](const Hit& hit) { return !equals(std::fabs(hit.gap), gap, hit); }),
              best.end());
-  for (const Hit& hit : best) place = std::min(place, distance(hit));
+  for (const Hit& hit : best) closest = std::min(closest, distance(hit));
   const auto first = std::find_if(best.begin(), best.end(),
-                                  [&](const Hit& hit) { return equals(distance(hit), place, hit); });
+                                  [&](const Hit& hit) { return equals(distance(hit), closest, hit); });
   std::rotate(best.begin(), first, first + 1);
   for (const Hit& hit : best) {
     const double *a = best[0].n, cosine = a[0] * hit.n[0] + a[1] * hit.n[1] + a[2] * hit.n[2];

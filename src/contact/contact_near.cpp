@@ -10,10 +10,9 @@
 
 namespace {
 
-// of the size of each of two faces: what lies between them beyond their reach when their elements become
-// known. More: pieces are larger; less: they are made more often. Measured: doc/benchmarks.md, "Contact on
-// several ranks"
-const double AROUND = 1.5;
+// Margin of near_outer beyond the search range, as a fraction of the size of each of the two faces. Larger:
+// larger pieces; smaller: more frequent divisions. Measured: doc/benchmarks.md, "Contact on several ranks"
+const double OUTER_MARGIN = 1.5;
 
 ContactBox grown(ContactBox b, double by)
 {
@@ -24,7 +23,7 @@ ContactBox grown(ContactBox b, double by)
   return b;
 }
 
-// around all of them
+// the box around all faces
 ContactBox box_of(const std::vector<NearFace>& face)
 {
   ContactBox all = box_of_nothing;
@@ -74,16 +73,16 @@ bool near_known(const MeshPart& part, const Points& pts, const std::vector<NearF
   const int ranks = comm_size();
   std::vector<ContactBox> of_rank(1, box_of(look)), box;
   comm_allgatherv(of_rank);
-  std::vector<std::vector<NearFace>> tell(ranks);
+  std::vector<std::vector<NearFace>> send(ranks);
   for (int r = 0; r < ranks; ++r)
     for (const NearFace& f : own)
-      if (r != comm_rank() && boxes_meet(f.box, of_rank[r])) tell[r].push_back(f);
+      if (r != comm_rank() && boxes_meet(f.box, of_rank[r])) send[r].push_back(f);
   for (const NearFace& f : look) box.push_back(f.box);
   const ContactTree tree(box);
   int missing = 0;
   IntVec found;
-  for (const std::vector<NearFace>& told : comm_exchange(tell))
-    for (const NearFace& f : told) {
+  for (const std::vector<NearFace>& received : comm_exchange(send))
+    for (const NearFace& f : received) {
       if (missing || (f.elem < 0 ? pts.point_here(f.point) : part.elem_here(f.elem)) >= 0) continue;
       found.clear();
       tree.overlap(f.box, found);
@@ -96,9 +95,9 @@ void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std
                 NearLists& out)
 {
   std::vector<ContactBox> box;
-  int elements = 0;            // numbers are below
+  int elements = 0;            // upper bound of the element numbers
   for (const NearFace& f : face) {
-    box.push_back(grown(f.box, AROUND * f.size));
+    box.push_back(grown(f.box, OUTER_MARGIN * f.size));
     elements = std::max(elements, f.elem + 1);
   }
   const ContactTree tree(box);

@@ -13,13 +13,13 @@
 namespace {
 
 // Tests: Contact.* (unit), G1 (contact/g1_compare), G2 (contact/g2_flight.inp)
-const double REACH_STATIC = 0.5;     // of the size of each of two faces: what may meet in an increment
-const double REACH_MOTION = 0.125;   // the same in motion, besides what moves in the increment
+const double REACH_STATIC = 0.5;     // of the size of each of two faces: search range in an increment
+const double REACH_MOTION = 0.125;   // the same in dynamics, in addition to the motion in the increment
 const double SCENE_MARGIN = 0.25;    // of the mean size: lists of near faces hold for half of this motion
-// of the size of a face: at t = 0 what lies this far behind it, and no further off than BACK_NEAR sizes, is
+// of the size of a face: a face at least this far below it at t = 0, and at most BACK_REACH sizes away, is
 // the back of its own body
-const double BACK      = 1e-6;
-const double BACK_NEAR = 2.0;
+const double BACK       = 1e-6;
+const double BACK_REACH = 2.0;
 
 // parts of the mesh at t = 0 that share nodes, by node. Collective with a divided model.
 IntVec parts_of_mesh(const Mesh& mesh, const MeshPart& part)
@@ -34,7 +34,7 @@ IntVec parts_of_mesh(const Mesh& mesh, const MeshPart& part)
   return root;
 }
 
-// grid field of a face: that of its corners on the grid, -1: none is
+// grid field of the corners of a face that are on the grid, -1: there are none
 int grid_field(const Points& pts, const SkinFace& f)
 {
   if (!f.points) return -1;
@@ -46,7 +46,7 @@ int grid_field(const Points& pts, const SkinFace& f)
   return -1;
 }
 
-// the faces of the surface that is a side of a rule, ascending
+// faces of a side of a rule that is a surface, ascending
 struct SideFaces {
   std::vector<std::pair<int, int>> mesh, points;     // element or point, its face
 };
@@ -108,7 +108,7 @@ bool allowed(const BondDef& d, SideBits x, SideBits y)
   return in && !out;
 }
 
-// what the faces are, whatever their motion
+// the data of the faces that do not depend on their motion
 void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScene& s)
 {
   const BondDef& d = m.bond[model_general_contact(m)];
@@ -147,12 +147,12 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
   }
 }
 
-// did a lie behind b at t = 0, near by: the two sides of a thin part
+// was a close behind b at t = 0: the two sides of a thin part
 bool back_of(const ContactScene& s, int a, int b)
 {
   const double *x = &s.X[3 * a], *y = &s.X[3 * b], *n = &s.normal[3 * b];
   const double r[3] = {x[0] - y[0], x[1] - y[1], x[2] - y[2]};
-  if (std::hypot(r[0], r[1], r[2]) > BACK_NEAR * std::max(s.size[a], s.size[b])) return false;
+  if (std::hypot(r[0], r[1], r[2]) > BACK_REACH * std::max(s.size[a], s.size[b])) return false;
   return n[0] * r[0] + n[1] * r[1] + n[2] * r[2] < -BACK * s.size[b];
 }
 
@@ -165,9 +165,9 @@ bool may_meet(const BondDef& d, const ContactScene& s, int a, int b)
 
 double largest_change(const RealVec& a, const RealVec& b)
 {
-  double most = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, std::fabs(a[i] - b[i]));
-  return most;
+  double largest = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::fabs(a[i] - b[i]));
+  return largest;
 }
 
 double mean_of(const RealVec& size)
@@ -215,7 +215,7 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   const double part = is_static ? REACH_STATIC : REACH_MOTION;
   const long built  = s.built;
   if (s.part_of_node.empty()) s.part_of_node = parts_of_mesh(m.mesh, m.part);
-  // elements inside a body that become points bring corners, and leave the skin as it is
+  // the conversion of elements inside a body adds corners, but does not change the skin
   const bool same = s.skin == bonds.contact.skin && s.uc.size() == uc.size() && s.built > 0;
   if (!same) {
     describe(m, pts, bonds, s);
@@ -227,7 +227,7 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   if (same && reaches &&
       std::sqrt(m.dim) * 2.0 * std::max(largest_change(u, s.u), largest_change(uc, s.uc)) < s.margin)
     return;
-  s.most = 1.5 * travel;       // increments grow
+  s.most = 1.5 * travel;       // margin for growing increments
   find_near(m, pts, u, uc, s);
 }
 

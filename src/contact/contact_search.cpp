@@ -9,10 +9,10 @@
 
 namespace {
 
-// the nearest face that p lies over, or else the nearest with p beside its rim: nodes on the edge of both
-// surfaces stay in contact under small oscillations. More than one when p stands over the edge or the node
-// where they meet at an angle.
-//   in   near   these of face, ascending, have p within their boxes and reach
+// the nearest face that p lies over, or else the nearest with p beside its rim, so that nodes on the edge of
+// both surfaces stay in contact under small oscillations. Several faces if p is over an edge or a node where
+// they meet at an angle.
+//   in   near   indices of faces, ascending, whose boxes contain p within reach
 void nearest(const std::vector<MasterFace>& face, const IntVec& near, const double* p, double reach,
              std::vector<Hit>& best)
 {
@@ -29,7 +29,7 @@ void nearest(const std::vector<MasterFace>& face, const IntVec& near, const doub
   contact_equal(best);
 }
 
-// the nearest face that p, which pushes, may keep
+// the nearest face that a point p with contact pressure may keep
 void nearest_held(const std::vector<MasterFace>& face, const IntVec& near, const double* p,
                   std::vector<Hit>& best)
 {
@@ -61,7 +61,7 @@ struct Box {
   }
 };
 
-// what the bond meets: the mean of the faces                                       (4.9)
+// stores the contact of a bond: the mean of the faces                              (4.9)
 void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, ContactPairs& pairs)
 {
   const double share = 1.0 / static_cast<double>(hits.size());
@@ -72,7 +72,7 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
       r[i] += share * hit.r[i];
     }
     for (int k = 0; k < hit.face->n; ++k) {
-      pairs.master.item.push_back(hit.face->kin[k]);
+      pairs.master.item.push_back(hit.face->node[k]);
       pairs.master_w.push_back(share * hit.N[k]);
     }
   }
@@ -86,15 +86,15 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
   for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = n[i] / norm;
 }
 
-// The master surface of a pair: the faces that are here; its box and the longest edge, of all ranks
+// The master surface of a pair: the faces of this rank; box and longest edge of all ranks
 struct Masters {
   std::vector<MasterFace> face;
   Box box;
   double reach = 0.0;
 };
 
-// Both sides of each pair [bond]: boxes of the contact points, and masters. at_start: faces of t = 0,
-// whatever became of their elements since. Collective with a divided model
+// Both sides of each pair [bond]: boxes of the contact points, and masters. at_start: faces of t = 0, even if
+// their elements have broken since. Collective with a divided model
 void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
                 const RealVec& uc, const RealVec& xb, std::vector<Box>& slave, std::vector<Masters>& master)
 {
@@ -131,9 +131,9 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
   }
 }
 
-// Bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
-// Returns whether they are. all: also contact points that others work on, who search for them; given:
-// the deck says the penalty; slip: gaps at the end of the last step
+// Searches for bonds first ... last-1 of one definition, unless the boxes of the two surfaces do not overlap;
+// returns true in that case. all: include contact points that other ranks own; given: the deck specifies the
+// penalty; slip: gaps at the end of the last increment
 bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& slave, const Masters& master,
                  bool all, bool given, const RealVec& xb, const RealVec& slip, ContactPairs& pairs)
 {
@@ -151,16 +151,16 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
   }
   const ContactTree tree(box);
   for (int b = first; b < last; ++b) {
-    ContactBox place = {{0, 0, 0}, {0, 0, 0}};
-    for (double* x : {place.lo, place.hi}) std::copy_n(&xb[b * dim], dim, x);
+    ContactBox point = {{0, 0, 0}, {0, 0, 0}};
+    for (double* x : {point.lo, point.hi}) std::copy_n(&xb[b * dim], dim, x);
     hits.clear();
-    // no area: a node that is lost
+    // zero area: a node without elements
     if (!apart && bonds.area[b] > 0.0 && (all || bonds.counts(b))) {
       near.clear();
-      tree.overlap(place, near);
+      tree.overlap(point, near);
       std::sort(near.begin(), near.end());
-      nearest(master.face, near, place.lo, master.reach, hits);
-      if (hits.empty() && slip[b * dim] < 0.0) nearest_held(master.face, near, place.lo, hits);
+      nearest(master.face, near, point.lo, master.reach, hits);
+      if (hits.empty() && slip[b * dim] < 0.0) nearest_held(master.face, near, point.lo, hits);
     }
     if (!hits.empty()) {
       take_hits(hits, dim, bonds.contact.offset[b], b, pairs);
@@ -171,19 +171,19 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
   return apart;
 }
 
-// Faces that look at each other: cosine of their normals below this. A face that stands across another, as
+// Faces oppose each other if the cosine of their normals is below this. A face perpendicular to another, as
 // the side of a block on a floor, does not push on it.  Test: G2 (contact/g2_flight.inp)
 const double OPPOSED = -0.2;
-// the same where one of them is a point that stands alone: at a corner that sticks out no face looks ahead.
+// the same where one of the faces belongs to a single free point: no face of it points ahead at its corners.
 // Test: G5 (contact/g5_debris)
 const double OPPOSED_ALONE = 0.5;
 
-// Where a face is, and the cylinder about its middle outside of which no place meets it: half of its diameter
-// and what lies beside it yet (contact_meet). A place at the height of a face, its normal 0.03 off, is off by
-// 0.03 of its size. No cylinder for faces that are warped more.
+// Present position of a face, and the cylinder about its centre outside of which no point meets it: half of
+// its diameter plus the margin beside its rim (contact_meet). A point one face size above the face is off by
+// 0.03 of its size if the normal is off by 0.03. Faces with more warp get no cylinder.
 struct FaceNow {
-  MasterFace f;                // n = 0: not asked yet
-  double x[3], n[3];           // middle, unit normal
+  MasterFace f;                // n = 0: not computed yet
+  double x[3], n[3];           // centre, unit normal
   double radius2 = 0.0;        // squared, of the cylinder; warped: 1e300
 };
 
@@ -201,20 +201,20 @@ void take_cylinder(FaceNow& a)
   a.radius2 = warp < 0.01 * shortest ? radius * radius : 1e300;
 }
 
-// Of its size: by so much the height over its middle is off the gap to a face with a cylinder
-const double UNEVEN = 0.06;
+// Of the size of a face with a cylinder: largest difference between the height over its centre and the gap
+const double HEIGHT_TOL = 0.06;
 
 bool outside_cylinder(const FaceNow& a, const double* p, double reach)
 {
   const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
   const double height = r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2];
-  if (a.radius2 < 1e300 && (height > reach + UNEVEN * a.f.size ||
-                            height < -(CONTACT_DEEPEST + UNEVEN) * a.f.size))
+  if (a.radius2 < 1e300 && (height > reach + HEIGHT_TOL * a.f.size ||
+                            height < -(CONTACT_DEEPEST + HEIGHT_TOL) * a.f.size))
     return true;
   return r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - height * height > a.radius2;
 }
 
-// places of general contact: bonds first ... last-1, face by face
+// search of general contact
 struct GeneralSearch {
   const Model& m;
   const Points& pts;
@@ -237,7 +237,7 @@ const FaceNow& face_now(GeneralSearch& g, int i)
   return a;
 }
 
-// the faces that look at face i and whose boxes are within reach
+// the faces that oppose face i and whose boxes are within reach
 void facing(GeneralSearch& g, int i, IntVec& out)
 {
   out.clear();
@@ -255,8 +255,8 @@ void facing(GeneralSearch& g, int i, IntVec& out)
   }
 }
 
-// A place that pushes on a face and lies over it stays with it, even where another face is nearer: what
-// enters a small body by one side would leave it by another.  Test: G4 (contact/g4_box)
+// A point that pushes on a face and lies over it stays with it, even where another face is nearer: otherwise
+// it would enter a small body through one side and leave it through another.  Test: G4 (contact/g4_box)
 bool stays(GeneralSearch& g, int i, int met, const double* p, double nearest, Hit& hit)
 {
   const FaceNow& b   = face_now(g, met);
@@ -264,7 +264,7 @@ bool stays(GeneralSearch& g, int i, int met, const double* p, double nearest, Hi
   return contact_meet(b.f, p, reach, hit) == PROJ_OVER && hit.gap < nearest - 1e-8 * b.f.size - b.f.rounding;
 }
 
-// a place of face i behind a face beside its rim: is it in front of a neighbour of that face?
+// a point of face i is below another face and beside its rim: is it in front of a neighbour of that face?
 bool outside_corner(GeneralSearch& g, int i, const Hit& hit, const double* p)
 {
   for (int k = g.scene.near.off[i]; k < g.scene.near.off[i + 1]; ++k) {
@@ -274,7 +274,7 @@ bool outside_corner(GeneralSearch& g, int i, const Hit& hit, const double* p)
   return false;
 }
 
-void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit>& hits)
+void search_point(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit>& hits)
 {
   double p[3] = {0, 0, 0};
   Projection kind = PROJ_NONE;
@@ -301,9 +301,9 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
   }
 }
 
-// Place b of face i, of points off the grid, meets a wall that is nearer than what it met: a face that does
-// not move, its part in the jump is zero. What pushes on a wall stays with it when it has turned away.
-// Test: G3 (contact/g3_walls.inp)
+// Contact point b of face i, of points off the grid, meets a wall if that is nearer than the face it met: a
+// fixed face, with no share in the jump. A point that pushes on a wall stays with it when its face has turned
+// away.  Test: G3 (contact/g3_walls.inp)
 void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
 {
   const FaceNow& a = face_now(g, i);
@@ -340,7 +340,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   const BondDef& d = g.m.bond[g.bonds.def[first]];
   IntVec look;
   std::vector<Hit> hits;
-  int open = -1;               // face whose list look is
+  int open = -1;               // face of the list look
   g.face.resize(g.scene.skin.size());
   for (RealVec* v : {&pairs.penalty, &pairs.friction, &pairs.stick}) v->assign(g.bonds.nbond, 0.0);
   pairs.face.assign(g.bonds.nbond, -1);
@@ -349,7 +349,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
     const int i = g.bonds.contact.skin_of[b];
     if (i != open) facing(g, i, look);
     open = i;
-    if (!look.empty() || g.bonds.contact.met[b] >= 0) search_place(g, b, look, hits);
+    if (!look.empty() || g.bonds.contact.met[b] >= 0) search_point(g, b, look, hits);
     else hits.clear();
     if (!hits.empty()) {
       const int j = hits[0].face->skin;
@@ -366,8 +366,8 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   }
 }
 
-// How many pairs have been looked at, and how many places have met a face: on several ranks those of any
-//   state   [bond] 0: no places here, 1: the surfaces are apart, 2: searched
+// Number of pairs searched and skipped, and of points that meet a face: maximum over the ranks
+//   state   [bond] 0: no contact points here, 1: the boxes do not overlap, 2: searched
 void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
 {
   if (m.part.on) {
@@ -380,8 +380,8 @@ void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
   pairs.searched = std::count(state.begin(), state.end(), 2.0);
 }
 
-// scene: null: not of general contact, places are not counted, and those that others work on have theirs too.
-// Collective
+// scene: null: without general contact, contact points are not counted, and those
+// of other ranks are searched too. Collective
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
             const RealVec& uc, const RealVec& slip, const RealVec& xb, const ContactScene* scene,
             ContactPairs& pairs)
@@ -398,7 +398,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   std::vector<Box> slave;
   std::vector<Masters> master;
   pair_sides(m, pts, bonds, at_start, u, uc, xb, slave, master);
-  for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
+  for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds are sorted by definition
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.contact.skin.empty() && bonds.contact.skin_of[first] >= 0;
     if (general && scene) {
@@ -443,8 +443,8 @@ void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Leve
   }
 }
 
-// A place that pushes keeps its stiffness: with another one its energy would be another. Friction stores
-// nothing, and is that of the face on which the place slides
+// A point that pushes keeps its stiffness: a change would change its energy. Friction stores no energy, and
+// its coefficient is that of the face on which the point slides
 void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& pairs, Bonds& bonds)
 {
   for (int b = 0; b < bonds.nbond; ++b) {
@@ -459,10 +459,10 @@ void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& 
   }
 }
 
-// In motion the gap of a place that pushes goes on from where the step left it: what the measurement says
-// otherwise comes from a face that has turned, from facets that are no smooth surface, or from another face
-// that is met, and is no compression. A place that was open, or met no face, and now is behind one came in
-// from the side; what it has moved out since does not come back.
+// In dynamics the gap of a point that pushes continues from the end of the last increment: a different
+// measured gap is due to a rotated face, to the facets of a curved surface, or to another face, and is no
+// compression. A point that was open or met no face, and is now below one, came in from the side; its initial
+// penetration only decreases as it moves out.
 void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs)
 {
   for (int b = 0; b < bonds.nbond; ++b) {

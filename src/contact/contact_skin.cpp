@@ -12,7 +12,7 @@
 
 namespace {
 
-// is e an element of finite elements now?
+// is e a finite element at present?
 bool is_element(const Model& m, const Fracture& fr, int e)
 {
   return m.mesh.elem_section[e] >= 0 && (fr.empty() || fr.phase[e] == AS_ELEMENT);
@@ -42,14 +42,14 @@ std::vector<FaceKey> sorted_keys(const Mesh& mesh, const std::vector<Face>& face
   return key;
 }
 
-bool knows(const std::vector<FaceKey>& list, const FaceKey& key)
+bool contains(const std::vector<FaceKey>& list, const FaceKey& key)
 {
   return std::binary_search(list.begin(), list.end(), key);
 }
 
-// Faces of elements with one owner, without those of bonded, by their last node. Divided model: what
-// is behind a face may be on another rank; such a face is an outer one only where it was one at t = 0, since
-// elements that become points, and their neighbours, are on all ranks, or on all that work beside them.
+// Faces that belong to one element only, without those of bonded, ordered by their last node. Divided model:
+// the element behind a face may be on another rank; such a face is an outer face only if it was one at t = 0,
+// since converted elements and their neighbours are stored by all ranks that own adjacent elements.
 std::vector<OuterFace> outer_faces(const Model& m, const Fracture& fr, const std::vector<Face>& bonded)
 {
   std::vector<OuterFace> all, here, out;
@@ -57,7 +57,7 @@ std::vector<OuterFace> outer_faces(const Model& m, const Fracture& fr, const std
     for (int s = 0; s < shape_info[elem_table[m.mesh.elem_type[e]].shape].nface; ++s)
       all.push_back({face_key(m.mesh, {e, s}), {e, s}});
   const std::vector<FaceKey> tied = sorted_keys(m.mesh, bonded), start = sorted_keys(m.mesh, m.part.skin);
-  const ListTable at = gather_lists(m.mesh.nnode(), [&](auto use) {    // by their last node
+  const ListTable at = gather_lists(m.mesh.nnode(), [&](auto use) {    // faces by their last node
     for (size_t i = 0; i < all.size(); ++i) use(all[i].key[3], static_cast<int>(i));
   });
   for (int n = 0; n < m.mesh.nnode(); ++n) {
@@ -73,8 +73,8 @@ std::vector<OuterFace> outer_faces(const Model& m, const Fracture& fr, const std
         owner = &here[j];
         ++owners;
       }
-      const bool known = !m.part.on || j - i > 1 || knows(start, key);
-      if (owners == 1 && known && !knows(tied, key)) out.push_back(*owner);
+      const bool known = !m.part.on || j - i > 1 || contains(start, key);
+      if (owners == 1 && known && !contains(tied, key)) out.push_back(*owner);
     }
   }
   return out;
@@ -92,7 +92,7 @@ struct FacesOfNodes {
   }
 };
 
-// the outer face of an element that these nodes belong to, -1: none
+// the outer face of an element that contains these nodes, -1: none
 int face_under(const std::vector<OuterFace>& faces, const FacesOfNodes& around, const IntVec& node)
 {
   auto it = std::lower_bound(around.of.begin(), around.of.end(), std::make_pair(node[0], 0));
@@ -105,12 +105,12 @@ int face_under(const std::vector<OuterFace>& faces, const FacesOfNodes& around, 
   return -1;
 }
 
-// nodes and corners (nnode + first of the same name) that carry a node or corner, added to out
-void add_carriers(const Model& m, const Points& pts, int kin, IntVec& out)
+// adds to out the nodes and corners (nnode + first corner of the name) that carry a node or corner
+void add_carriers(const Model& m, const Points& pts, int node, IntVec& out)
 {
-  const int nnode = m.mesh.nnode(), c = kin - nnode;
+  const int nnode = m.mesh.nnode(), c = node - nnode;
   if (c < 0) {
-    out.push_back(kin);
+    out.push_back(node);
     return;
   }
   const int hangs = pts.carrier(c);
@@ -120,8 +120,8 @@ void add_carriers(const Model& m, const Points& pts, int kin, IntVec& out)
   else out.push_back(nnode + pts.twin[c]);
 }
 
-// faces of the boundary of the points that hang on the outer face of an element are inside the body, as that
-// face is where they cover it
+// removes boundary faces of points that hang on the outer face of an element: they are inside the body, as is
+// the face of the element where they cover it
 void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& faces,
                   std::vector<Face>& boundary)
 {
@@ -150,34 +150,34 @@ void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& fac
   faces.resize(n);
 }
 
-// directions in which nodes are held at their places in all steps: bits
-IntVec held_nodes(const Model& m)
+// [node] bits of the directions in which a node is fixed (zero displacement) in all steps
+IntVec fixed_nodes(const Model& m)
 {
-  IntVec held(m.mesh.nnode(), 7);
+  IntVec fixed(m.mesh.nnode(), 7);
   for (const Step& step : m.step) {
     IntVec now(m.mesh.nnode(), 0);
     for (const Prescribed& p : step.prescribed)
       for (int n : p.node)
         for (int k = p.first; k <= p.last; ++k)
           if (p.value.is_const() && p.value.value == 0.0) now[n] |= 1 << k;
-    for (int n = 0; n < m.mesh.nnode(); ++n) held[n] &= now[n];
+    for (int n = 0; n < m.mesh.nnode(); ++n) fixed[n] &= now[n];
   }
-  return held;
+  return fixed;
 }
 
-// A face on a plane of symmetry, where its nodes or the grid are held across the plane and not along it, is
-// inside the body whose half is computed.  Test: Contact.PlanesOfSymmetryAreNoOuterFaces (unit)
+// A face on a plane of symmetry, whose nodes or grid are fixed in the normal direction only, is inside the
+// body of which a half is modelled.  Test: Contact.PlanesOfSymmetryAreNoOuterFaces (unit)
 struct SymmetryPlanes {
   const Model& m;
   const Points& pts;
-  IntVec held;
+  IntVec fixed;
   std::vector<ContactWall> wall;
 
-  // bits of the directions in which a node, or a corner (nnode + c) on the grid, is held
-  int held_at(int kin) const
+  // bits of the directions in which a node, or a corner (nnode + c) on the grid, is fixed
+  int fixed_at(int node) const
   {
-    const int c = kin - m.mesh.nnode();
-    if (c < 0) return held[kin];
+    const int c = node - m.mesh.nnode();
+    if (c < 0) return fixed[node];
     int bits = 0;
     if (pts.field[c] == FIELD_OWN) return 0;
     for (const ContactWall& w : wall)
@@ -192,8 +192,8 @@ struct SymmetryPlanes {
     double x[3], n[3];
     int bits = 7;
     IntVec base;
-    for (int k = 0; k < face.n; ++k) add_carriers(m, pts, face.kin[k], base);
-    for (int kin : base) bits &= held_at(kin);
+    for (int k = 0; k < face.n; ++k) add_carriers(m, pts, face.node[k], base);
+    for (int node : base) bits &= fixed_at(node);
     face_middle(face, x, n);
     for (int k = 0; k < m.dim; ++k)
       if (bits == 1 << k && std::fabs(n[k]) > 1.0 - 1e-6) return true;
@@ -207,31 +207,31 @@ bool skin_before(const SkinFace& a, const SkinFace& b)
   return p != q ? p < q : a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
 }
 
-// Faces of one element: its own, or those of the points that it has become
-struct SkinOfElem { int elem, place, face; };        // place of the point in its element, -1: of the element
+// A face of an element, or of a point of a converted element
+struct SkinOfElem { int elem, point, face; };        // index of the point in its element, -1: of the element
 
-// MeshPart::window: faces of outer elements and of their points are those that the rank finds that works on
-// the element, which knows what is behind them. Collective.
-void tell_skin(const Model& m, const Points& pts, std::vector<SkinFace>& skin)
+// MeshPart::window: copies the faces of outer elements and of their points from the owner of the element,
+// which stores the elements behind them. Collective.
+void copy_skin(const Model& m, const Points& pts, std::vector<SkinFace>& skin)
 {
   const Halo& around = m.part.around_points;
   const int ranks = comm_size(), me = comm_rank();
   if (!m.part.window || !around.on()) return;
   std::vector<SkinFace> own;
-  std::vector<std::vector<SkinOfElem>> of(m.mesh.nelem()), tell(ranks);
+  std::vector<std::vector<SkinOfElem>> of(m.mesh.nelem()), send(ranks);
   for (const SkinFace& f : skin) {
     const int e = f.element(pts);
     if (e >= 0 && !m.part.works(e)) continue;
     own.push_back(f);
-    if (e < 0) continue;       // all ranks know it
+    if (e < 0) continue;       // all ranks store it
     of[e].push_back({m.part.elem[e], f.points ? f.elem - pts.of_elem[e] : -1, f.face});
   }
   for (int r = 0; r < ranks; ++r)
     for (int e : around.common[r])
-      if (around.owner[e] == me) tell[r].insert(tell[r].end(), of[e].begin(), of[e].end());
-  for (const std::vector<SkinOfElem>& told : comm_exchange(tell))
-    for (const SkinOfElem& f : told) {
-      const int e = m.part.elem_here(f.elem), p = f.place < 0 ? -1 : pts.of_elem[e] + f.place;
+      if (around.owner[e] == me) send[r].insert(send[r].end(), of[e].begin(), of[e].end());
+  for (const std::vector<SkinOfElem>& received : comm_exchange(send))
+    for (const SkinOfElem& f : received) {
+      const int e = m.part.elem_here(f.elem), p = f.point < 0 ? -1 : pts.of_elem[e] + f.point;
       own.push_back({p < 0 ? e : p, f.face, p < 0 ? 0 : pts.released[p] ? 2 : 1});
     }
   std::sort(own.begin(), own.end(), skin_before);
@@ -246,10 +246,10 @@ std::vector<ContactWall> contact_walls(const Model& m)
   for (size_t i = 0; i < m.grid_bc.size(); ++i) {
     const GridBc& b = m.grid_bc[i];
     const double lo = m.grid.lo[b.axis], hi = lo + m.grid.n[b.axis] * m.grid.h[b.axis],
-                 near = 1e-6 * m.grid.h[b.axis];
-    const bool below = b.position < lo + near;
+                 tol = 1e-6 * m.grid.h[b.axis];
+    const bool below = b.position < lo + tol;
     if (b.first > b.axis || b.last < b.axis || !b.value.is_const() || b.value.value != 0.0) continue;
-    if (!below && b.position < hi - near) continue;
+    if (!below && b.position < hi - tol) continue;
     out.push_back({static_cast<int>(i), b.axis, b.position, below ? 1.0 : -1.0, b.first < b.last});
   }
   return out;
@@ -276,7 +276,7 @@ std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Poi
       bonded.insert(bonded.end(), m.surface[d.surface].face.begin(), m.surface[d.surface].face.end());
   std::vector<OuterFace> faces = outer_faces(m, fr, bonded);
   drop_covered(m, pts, faces, boundary);
-  const SymmetryPlanes symmetry{m, pts, held_nodes(m), contact_walls(m)};
+  const SymmetryPlanes symmetry{m, pts, fixed_nodes(m), contact_walls(m)};
   faces.erase(std::remove_if(faces.begin(), faces.end(),
                              [&](const OuterFace& f) { return symmetry.holds(false, f.face); }),
               faces.end());
@@ -286,6 +286,6 @@ std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Poi
   for (const OuterFace& f : faces) skin.push_back({f.face.elem, f.face.face, 0});
   for (const Face& f : boundary) skin.push_back({f.elem, f.face, pts.released[f.elem] ? 2 : 1});
   std::sort(skin.begin(), skin.end(), skin_before);
-  tell_skin(m, pts, skin);
+  copy_skin(m, pts, skin);
   return skin;
 }

@@ -10,8 +10,8 @@
 namespace {
 
 struct Overlap {               // of one definition at the start
-  int count = 0;               // places that overlap
-  double gap = 0.0, x[3] = {0, 0, 0};  // of the deepest, the first one
+  int count = 0;               // contact points that overlap
+  double gap = 0.0, x[3] = {0, 0, 0};  // of the deepest point, the first of equals
   long name = 0;
 };
 
@@ -40,11 +40,11 @@ Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pai
   return o;
 }
 
-// gaps that count as zero from now on: overlaps, and clearances up to the one of the deck
+// stores gaps that count as zero from now on: overlaps, and clearances up to the value of the deck
 void take_offsets(const Model& m, Bonds& bonds, const ContactPairs& pairs, int def)
 {
   int count = 0;
-  double range[2] = {0.0, 0.0};          // the largest, and the least with the other sign
+  double range[2] = {0.0, 0.0};          // the maximum, and minus the minimum
   for (int b = 0; b < bonds.nbond; ++b) {
     const double gap = pairs.gap[b];
     if (bonds.def[b] != def || !pairs.master.count(b)) continue;
@@ -129,10 +129,10 @@ void contact_displacements(const Model& m, const Points& pts, RealVec& u, RealVe
   }
 }
 
-void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bonds& bonds)
+void contact_offsets(const Model& m, const Points& pts, const IntVec& added, Bonds& bonds)
 {
   int any = 0;
-  for (int b : place) any = any || m.bond[bonds.def[b]].contact.overlap == OVERLAP_ADJUST;
+  for (int b : added) any = any || m.bond[bonds.def[b]].contact.overlap == OVERLAP_ADJUST;
   const auto adjusts = [](const BondDef& d) { return d.contact.overlap == OVERLAP_ADJUST; };
   if (m.part.on && std::any_of(m.bond.begin(), m.bond.end(), adjusts)) any = comm_allreduce_max(any);
   if (!any) return;
@@ -141,7 +141,7 @@ void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bon
   contact_displacements(m, pts, u, uc);
   bond_places(m, pts, bonds, u, uc, xb);
   contact_search_start(m, pts, bonds, u, uc, xb, pairs);
-  for (int b : place) {
+  for (int b : added) {
     const BondDef& def = m.bond[bonds.def[b]];
     if (def.contact.overlap == OVERLAP_ADJUST && pairs.master.count(b) && pairs.gap[b] <= def.contact.adjust)
       bonds.contact.offset[b] = pairs.gap[b];

@@ -1,6 +1,6 @@
 // ---------------------------------------------------------------------------
-// contact_tree.h : which of many boxes overlap a box: a binary tree of boxes, split at the middle item along
-// the longest axis; n log n to make, log n and what is found to ask
+// contact_tree.h : search for the boxes that overlap a box: a binary tree of boxes, split at the median along
+// the longest axis; n log n to build, log n plus the number of hits to query
 // ---------------------------------------------------------------------------
 #ifndef MPFE_CONTACT_CONTACT_TREE_H
 #define MPFE_CONTACT_CONTACT_TREE_H
@@ -16,7 +16,7 @@ struct ContactBox {
 
 const ContactBox box_of_nothing = {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
 
-// box_take : b grows until it holds what lies between lo [3] and hi [3]
+// box_take : enlarges b to contain the box from lo [3] to hi [3]
 inline void box_take(ContactBox& b, const double* lo, const double* hi)
 {
   for (int i = 0; i < 3; ++i) {
@@ -35,7 +35,7 @@ inline bool boxes_meet(const ContactBox& a, const ContactBox& b)
 class ContactTree {
 public:
   explicit ContactTree(const std::vector<ContactBox>& box);
-  // overlap : the boxes that overlap b are added to found, in no order
+  // overlap : adds the indices of the boxes that overlap b to found, in no particular order
   void overlap(const ContactBox& b, IntVec& found) const;
 
 private:

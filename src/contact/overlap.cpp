@@ -11,16 +11,16 @@
 
 namespace {
 
-// ---- which parts know of each other: bodies first, then sections -----------
+// ---- parts that interact: bodies first, then sections -----------------------
 
 struct Relations {
   int nbody, n;
-  std::vector<char> known;     // [n*n]
+  std::vector<char> known;     // [n*n] 1: the parts interact
   char& at(int a, int b) { return known[static_cast<size_t>(a) * n + b]; }
   void join(int a, int b) { at(a, b) = at(b, a) = 1; }
 };
 
-// parts that a surface belongs to, also those that its elements become
+// parts with faces of a surface, including the bodies that its elements are converted to
 std::vector<int> parts_of(const Model& m, int surface)
 {
   std::vector<char> in(m.body.size() + m.section.size(), 0);
@@ -39,7 +39,7 @@ std::vector<int> parts_of(const Model& m, int surface)
   return out;
 }
 
-// parts that a side of general contact belongs to
+// parts with faces of a side of general contact
 std::vector<int> parts_of(const Model& m, const Relations& r, const ContactSide& side)
 {
   if (side.surface >= 0) return parts_of(m, side.surface);
@@ -56,7 +56,7 @@ std::vector<int> parts_of(const Model& m, const Relations& r, const ContactSide&
   return out;
 }
 
-// sections whose elements share a node
+// sections whose elements share a node, or are tied (*TIE)
 void join_meshes(const Model& m, Relations& r)
 {
   std::vector<int> first(m.mesh.nnode(), -1);
@@ -68,9 +68,14 @@ void join_meshes(const Model& m, Relations& r)
       r.join(known, part);
     }
   }
+  for (const Equation& e : m.equation)
+    for (const EquationTerm& t : e.term) {
+      const int a = first[e.term[0].node], b = first[t.node];
+      if (e.of == EQUATION_TIE && a >= 0 && b >= 0) r.join(a, b);
+    }
 }
 
-// points know what the elements that they were have known
+// points interact with the same parts as the elements that they replace
 void join_converted(const Model& m, Relations& r)
 {
   for (int again = 0; again < 2; ++again)
@@ -109,10 +114,10 @@ Relations relations(const Model& m)
   return r;
 }
 
-// ---- cells of a part: elements, or domains of points, where they are now ----
+// ---- cells of a part: elements, or domains of points, in their present position ----
 
 struct Cell {
-  int number;                  // of the element in the mesh of the deck, or of the point among all
+  int number;                  // of the element in the mesh of the deck, or of the point among all points
   Shape shape;
   double x[24];                // [nen*dim]
   double lo[3], hi[3];
@@ -155,7 +160,7 @@ void add_cell(Part& part, int number, Shape shape, int nen, int dim, const doubl
   part.cell.push_back(c);
 }
 
-// those of this rank
+// the cells of this rank
 Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
               int body, int section)
 {
@@ -174,7 +179,7 @@ Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealV
   }
   for (int e = 0; body < 0 && e < m.mesh.nelem(); ++e) {
     if (m.mesh.elem_section[e] != section || el.block_of[e] < 0) continue;
-    const Shape shape = shape_info[elem_table[m.mesh.elem_type[e]].shape].linear;      // straight edges do
+    const Shape shape = shape_info[elem_table[m.mesh.elem_type[e]].shape].linear;    // straight edges suffice
     const int nen = shape_info[shape].nen;
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < dim; ++i) {
@@ -201,8 +206,8 @@ void join_box(Part& part)
   }
 }
 
-// divided model: the cells of all ranks in the box of another part and close to it, in the order of one rank
-Part gather_near(const Part& own, const Part& other, int dim)
+// divided model: the cells of all ranks in and close to the box of another part, in the order of one rank
+Part gather_close(const Part& own, const Part& other, int dim)
 {
   Part all, box = other;
   double size = 0.0;
@@ -221,7 +226,7 @@ Part gather_near(const Part& own, const Part& other, int dim)
   return all;
 }
 
-// ---- bins, to find the cell of a place -------------------------------------
+// ---- bins, to find the cell at a position ----------------------------------
 
 struct Bins {
   const Part& part;
@@ -272,11 +277,11 @@ bool lies_in(const Bins& b, const double* x)
   return false;
 }
 
-// ---- how much two parts share ----------------------------------------------
+// ---- volume of the overlap of two parts ------------------------------------
 
 struct Common {
-  double size = 0.0;           // volume, in the plane area
-  double x[3] = {0, 0, 0};     // a place of it
+  double size = 0.0;           // volume, in 2D area
+  double x[3] = {0, 0, 0};     // a point in it
 };
 
 // Gauss points of a that lie in b
@@ -300,7 +305,7 @@ Common gauss_inside(const Part& a, const Bins& b, int dim)
   return out;
 }
 
-// the finer of the two sees the overlap better
+// the result of the finer part is more accurate
 Common overlap(const Part& a, const Part& b, int dim)
 {
   if (a.cell.empty() || b.cell.empty() || apart(a.lo, a.hi, b.lo, b.hi, dim)) return Common();
@@ -308,9 +313,9 @@ Common overlap(const Part& a, const Part& b, int dim)
   return ab.size > ba.size ? ab : ba;
 }
 
-struct TouchingFace {          // of a point, and how much of it lies on another part
+struct TouchingFace {          // face of a point that lies on another part
   int point, face;
-  double area, x[3];           // a place of it
+  double area, x[3];           // area in contact, and a point of it
 };
 
 // area of the boundary of a body that lies on b, within a thousandth of the size of its faces
@@ -356,7 +361,7 @@ Common touching(const Model& m, const Points& pts, const RealVec& uc, int body, 
   return out;
 }
 
-// ---- words -----------------------------------------------------------------
+// ---- messages --------------------------------------------------------------
 
 std::string name_of(const Model& m, const StrangerPair& p)
 {
@@ -365,7 +370,7 @@ std::string name_of(const Model& m, const StrangerPair& p)
   return set >= 0 ? "the elements of " + m.elset[set].name : "the elements";
 }
 
-std::string place_of(const Model& m, const Common& c)
+std::string position_of(const Model& m, const Common& c)
 {
   char text[120];
   if (m.dim == 2) std::snprintf(text, sizeof text, "(%g, %g)", c.x[0], c.x[1]);
@@ -387,9 +392,9 @@ Common overlap_now(const Model& m, const Elements& el, const Points& pts, const 
   if (m.part.on) {
     join_box(body);
     join_box(other);
-    const Part near = gather_near(body, other, m.dim);
-    other = gather_near(other, body, m.dim);
-    body  = near;
+    const Part close = gather_close(body, other, m.dim);
+    other = gather_close(other, body, m.dim);
+    body  = close;
   }
   return overlap(body, other, m.dim);
 }
@@ -426,14 +431,14 @@ void overlap_start(const Model& m, const Elements& el, const Points& pts, const 
     log_warn("the body %s and %s %s initially (%s %.4g, near %s), but no bond or contact pair is defined "
              "between them: they do not interact. %s",
              m.body[p.body].name.c_str(), name_of(m, p).c_str(), inside ? "overlap" : "touch", measure,
-             std::max(both.size, touch.size), place_of(m, inside ? both : touch).c_str(), remedy(p));
+             std::max(both.size, touch.size), position_of(m, inside ? both : touch).c_str(), remedy(p));
   }
 }
 
 void overlap_look(const Model& m, const Elements& el, const State& st, OverlapWatch& w)
 {
   if (--w.rest >= 0) return;
-  w.rest = 4;                  // bodies need many increments to pass a cell
+  w.rest = 4;                  // a body takes many increments to cross a cell
   for (StrangerPair& p : w.pair) {
     if (p.told) continue;
     Part other;
@@ -444,6 +449,6 @@ void overlap_look(const Model& m, const Elements& el, const State& st, OverlapWa
              "defined "
              "between them. %s",
              st.n.time, m.body[p.body].name.c_str(), name_of(m, p).c_str(), m.dim == 2 ? "area" : "volume",
-             both.size, place_of(m, both).c_str(), remedy(p));
+             both.size, position_of(m, both).c_str(), remedy(p));
   }
 }

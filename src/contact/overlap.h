@@ -3,7 +3,7 @@
 // 4.3)
 //
 // A part is a body of material points, or all finite elements of a section. Parts without common unknowns,
-// bond or contact pair do not know of each other.
+// bond or contact pair do not interact.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_CONTACT_OVERLAP_H
 #define MPFE_CONTACT_OVERLAP_H
@@ -13,19 +13,19 @@
 
 struct OverlapWatch {
   std::vector<StrangerPair> pair;
-  int rest = 0;                // increments until the next look
+  int rest = 0;                // increments until the next check
 };
 
-// overlap_pairs : which parts do not know of each other; once, at the start, of a divided model before it
-// is cut
+// overlap_pairs : finds the pairs of parts that do not interact; once, at the start,
+// of a divided model before it is cut
 void overlap_pairs(const Model& m, OverlapWatch& w);
 
-// overlap_start : warns of such parts that overlap or touch at the start. Collective, as overlap_look.
+// overlap_start : warns of such pairs that overlap or touch at the start. Collective, as overlap_look.
 //   in   el, u, uc at t = 0
 void overlap_start(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
                    OverlapWatch& w);
 
-// overlap_look : warns, once a pair, of such parts that have come to overlap
+// overlap_look : warns of such pairs that have begun to overlap, once per pair
 void overlap_look(const Model& m, const Elements& el, const State& st, OverlapWatch& w);
 
 #endif

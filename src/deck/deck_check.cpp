@@ -481,10 +481,10 @@ void check_initial(Deck& d, const Model& m)
 
 void check_fragments(Deck& d, const Model& m)
 {
-  if (!m.fragments.on) return;
+  if (!m.output.fragments.on) return;
   for (const Material& a : m.material)
     if (a.used && a.density == 0.0)
-      fault(d, "FRAGMENTS", m.fragments.place, "FRAGMENTS",
+      fault(d, "FRAGMENTS", m.output.fragments.place, "FRAGMENTS",
             "masses of fragments need the density of material " + a.name +
                 "; write *DENSITY after *MATERIAL");
 }
@@ -492,7 +492,7 @@ void check_fragments(Deck& d, const Model& m)
 // *STATIC, RIKS: loads of one factor, and something whose opening they can follow
 void check_arc(Deck& d, const Model& m, const Step& s)
 {
-  if (!s.arc) return;
+  if (!s.arc.on) return;
   const auto no = [&](const Place& at, const std::string& text) { fault(d, "STATIC", at, "RIKS", text); };
   const auto of_time = [](const Expr& value, int amplitude) { return amplitude >= 0 || !value.is_const(); };
   if (&s != &m.step.back()) no(s.place, "the step with *STATIC, RIKS must be the last one");
@@ -885,7 +885,7 @@ void check_times(Deck& d, const Model& m)
 {
   double end = 0.0;
   for (const Step& s : m.step) end += s.period;
-  for (const Check& c : m.check)
+  for (const Check& c : m.output.check)
     if (!m.step.empty() && c.at == AT_TIME && c.time > end * (1.0 + 1e-9))
       fault(d, "CHECK", c.place, "",
             "TIME = " + text_number(c.time) + " is never reached; the run ends at " + text_number(end));

@@ -1,7 +1,7 @@
 // ---------------------------------------------------------------------------
-// discretisation.h : what model and state become for a step: elements, laws, grid, pairs
+// discretisation.h : elements, laws, grid and contact pairs of a step, derived from model and state
 //
-// Nothing here is saved: step_open makes it, conversion and step_prepare renew it.
+// Nothing here is saved: step_open creates it, conversion and step_prepare update it.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_DOF_DISCRETISATION_H
 #define MPFE_DOF_DISCRETISATION_H
@@ -18,15 +18,15 @@
 struct Discretisation {
   Elements el;
   PointLaws point_law;
-  GridShare mine;              // what the grid has lists for
+  GridShare mine;              // points, corners and bonds with lists of the grid
   ActiveGrid grid;
   ContactPairs pairs;
-  ContactScene scene;          // general contact: faces that are near
+  ContactScene scene;          // general contact: neighbouring faces
   MasterWatch masters;         // contact pairs of a divided model
-  OverlapWatch watch;          // parts that nothing keeps apart
+  OverlapWatch watch;          // pairs of parts without bonds or contact
   FracMesh fm;
-  CornerShare share;           // corners that conversion has made
-  IntVec follow;               // corners that go on for nodes without elements, see frac_follow
+  CornerShare share;           // corners created by conversion
+  IntVec follow;               // corners that replace nodes without elements, see frac_follow
 };
 
 #endif

@@ -17,105 +17,108 @@
 #include "dof/discretisation.h"
 #include "solve/solve.h"
 
-// what a dof of the system is
-enum DofKind { DOF_FREE, DOF_FIXED, DOF_TIED };      // TIED: an equation gives it
+// kinds of dofs
+enum DofKind { DOF_FREE, DOF_FIXED, DOF_TIED };      // TIED: dependent dof of an equation
 
-// Equations of the step: u[dof] = gap + sum of coef u[master], no master is tied itself  doc/theory.md (5.6)
+// Equations of the step: u[dof] = gap + sum of coef u[master]; no master is dependent    doc/theory.md (5.6)
 struct Ties {
   IntVec dof;                  // [ntie]
   ListTable master;            // [ntie] dofs
   RealVec coef;                // [master.item]
-  RealVec gap;                 // [ntie] what is left of the equation at t(n); rounding
+  RealVec gap;                 // [ntie] residual of the equation at t(n), from round-off
   bool any = false;            // on any rank
+  // [Model::rigid] first ties of bodies that turn by finite angles; they come after all others
+  IntVec rigid;
+  IntVec list, row;            // equations of the step and rows of nodes that they were made for
 };
 
-// A support that goes on at a corner: its share in a prescribed dof of the grid
+// A support transferred to a corner: its share in a prescribed dof of the grid
 struct CornerSupport {
-  int dof;                     // of the system; divided model: -1: the row is not here
-  int node_dof;                // node*dim + direction, -1: the node is not here
-  double part;                 // of the reaction; adds up to 1 for each dof
+  int dof;                     // of the system; divided model: -1: not on this rank
+  int node_dof;                // node*dim + direction, -1: not on this rank
+  double part;                 // fraction of the reaction; the sum is 1 for each dof
 };
 
 struct MassRows;
 
-// ---- rows: what has unknowns, who owns it, which rows a bond, a point or a group of points is tied to
+// ---- rows: unknowns, their owners, and the rows of bonds, points and groups of points
 struct DofRows {
   int dim = 0, nfe = 0, nrow = 0;
-  bool numbered = false;       // rows of nodes are those of the elements and bonds of now
-  // divided model: the last of the nfe rows are of nodes that this rank has no element at; bonds of this rank
-  // hold them, or corners of points follow them
+  bool numbered = false;       // rows of nodes are valid for the present elements and bonds
+  // divided model: the last of the nfe rows belong to nodes without elements on this rank; bonds of this rank
+  // are attached to them, or corners of points follow them
   int nguest = 0;
   IntVec row_of_node;          // [nnode] row of a node, -1: in no element
   IntVec node_of_row;          // [nfe]
-  std::vector<long> row_key;   // [nrow] who a row is: node, or -1 - key of the grid node
+  std::vector<long> row_key;   // [nrow] identity of a row: node, or -1 - key of the grid node
   ListTable group;             // [PointLaws::group] rows of all their points, ascending
   IntVec group_first;          // [PointLaws::group] their first points
   ListTable bond;              // [nbond] rows of both sides
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
-  IntVec bond_acts;            // bonds but for places of contact that meet no face
-  bool hung = false;           // points follow nodes of the mesh: mass couples these with one another
-  IntVec owned_point;          // points of this rank; of elements, bonds and ghosts it owns all that are here
+  IntVec bond_acts;            // bonds without contact points that meet no face
+  bool hung = false;           // points follow nodes of the mesh: mass couples these nodes
+  IntVec owned_point;          // points of this rank; all its elements, bonds and ghosts are owned
   IntVec owned_group;          // groups of points (1.14) whose first point this rank owns
-  IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
-  Halo halo;                   // split: rows that other ranks have too
-  // several ranks: rows are those of this rank, numbered by it, and vectors of the system hold these alone
+  IntVec owner;                // [nrow] rank that owns a row; one rank: empty
+  Halo halo;                   // split: rows shared with other ranks
+  // several ranks: rows and vectors of the system are those of this rank, in its own numbering
   bool split = false;
-  std::vector<char> once;      // split: [nrow*dim] the row belongs to this rank
+  std::vector<char> once;      // split: [nrow*dim] this rank owns the row
   long all = 0;                // split: rows of all ranks, each once
   bool renumbered = false;     // since the last factorisation
-  double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
+  double h_mean = 0.0;         // mean size of elements and cells at t = 0, for round-off tolerances
   int neq() const { return nrow * dim; }
   int projected_from() const { return hung ? 0 : nfe; }       // the first row that the projection may change
-  bool counts(size_t i) const { return !split || once[i]; }   // dof i counts here in a sum
+  bool counts(size_t i) const { return !split || once[i]; }   // this rank adds dof i to sums
   double neq_all() const { return static_cast<double>(split ? all : nrow) * dim; }    // of all ranks
 };
 
 // ---- constraints: supports, and equations between dofs
 struct DofConstraints {
   Ties tie;
-  std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element of any rank
+  std::vector<char> bare;      // [nfe] a node of an equation that is in no element of any rank
   IntVec fixed;                // [nrow*dim] DofKind
-  RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
+  RealVec target;              // [nrow*dim] prescribed displacement increment, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
-  IntVec constrained;          // dofs of which one of these is not that of a free dof
-  bool free = false;           // the step prescribes nothing, on no rank
-  std::vector<CornerSupport> corner_support;  // supports of nodes that have become corners of points
+  IntVec constrained;          // dofs with entries other than those of a free dof
+  bool free = false;           // the step prescribes nothing on any rank
+  std::vector<CornerSupport> corner_support;  // supports of nodes that were replaced by corners of points
 };
 
-// ---- pattern: the matrix, where each contribution goes, the lists that it was made for
+// ---- pattern: the matrix, the target of each contribution, the lists for which it is valid
 struct DofPattern {
   SysMatrix A;
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
-  // [owned_point], [bond_acts], [nghost]; points with the nodes of the one before share its places
+  // [owned_point], [bond_acts], [nghost]; points with the same nodes as the previous one share its entries
   IntVec point_map, bond_map, ghost_map;
   IntVec group_map;            // [owned_group]
   std::vector<size_t> point_map_off, bond_map_off, ghost_map_off, group_map_off;
-  ListTable point_rows;        // the lists that the pattern was made for
+  ListTable point_rows;        // the lists for which the pattern is valid
   ListTable bond_rows, ghost_rows, group_rows;
-  IntVec point_rank;           // of the points, when the pattern was made
+  IntVec point_rank;           // owners of the points for which the pattern is valid
   long number = 0;             // of the pattern
-  bool lean = false;           // one rank, explicit step: it has no bonds, which act by their forces alone
-  long lists_of = -1;          // ActiveGrid::made that the lists of rows belong to
+  bool lean = false;           // one rank, explicit step: without bonds, which contribute forces only
+  long lists_of = -1;          // ActiveGrid::made of the lists of rows
   long tangent = 0;            // number of the tangent in A
 };
 
-// ---- mass and damping, and the patterns and grids that they were made for
+// ---- mass and damping, and the patterns and grids for which they are valid
 struct DofMass {
-  RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
-  RealVec M_elem;              // hung: [blocks of A] of the elements alone
-  CornerMass corner_mass;      // of the points of this rank, looked at for ActiveGrid::made:
+  RealVec M;                   // [blocks of A] mass, one number for all directions; of this rank, as A
+  RealVec M_elem;              // hung: [blocks of A] of the elements only
+  CornerMass corner_mass;      // of the points of this rank, checked for ActiveGrid::made:
   long corner_mass_made = -1;
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
   std::shared_ptr<const MassRows> mass_rows;         // rows of the projection, for the pattern mass_of
   RealVec lumped;              // explicit step: [nrow] sums of the rows of M, of all ranks; else empty
-  // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)
+  // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: no damping             (6.18), (6.19)
   RealVec C;
   RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
-  bool damped = false;         // C is there, on any rank
+  bool damped = false;         // C is not empty on some rank
   bool damping_lumped = false; // C is lumped: an explicit step
-  long mass_of = 0, damping_of = 0;    // DofPattern::number that M and C were made for, and ActiveGrid::made
+  long mass_of = 0, damping_of = 0;    // DofPattern::number for which M and C are valid, and ActiveGrid::made
   long mass_made = -1, damping_made = -1;
 };
 
@@ -136,8 +139,7 @@ inline RealVec dof_of_nodes(const Dofs& s, const RealVec& x)
   return out;
 }
 
-// Sums over the dofs of the whole system: those of several ranks count on one rank each, and all ranks
-// must come here
+// Sum over the dofs of the whole system; shared dofs count on one rank only. Collective
 template <class Term>
 double dof_sum(const Dofs& s, Term term)
 {
@@ -151,7 +153,7 @@ inline double dof_dot(const Dofs& s, const RealVec& a, const RealVec& b)
   const double *x = a.data(), *y = b.data();
   return dof_sum(s, [=](size_t i) { return x[i] * y[i]; });
 }
-// dof_own : x with zeros where the dof counts on another rank
+// dof_own : x with zeros at dofs that count on another rank
 inline RealVec dof_own(const Dofs& s, RealVec x)
 {
   for (size_t i = 0; i < x.size() && s.rows.split; ++i) x[i] = s.rows.once[i] ? x[i] : 0.0;
@@ -164,59 +166,59 @@ inline double dof_total(const Dofs& s, double x)
   if (s.rows.split) comm_sum(&x, 1);
   return x;
 }
-// dof_largest, dof_all : the largest of all ranks; true on all
+// dof_largest, dof_all : maximum over the ranks; true on all ranks
 inline double dof_largest(const Dofs& s, double x) { return !s.rows.split ? x : comm_allreduce_max(x); }
 inline bool dof_all(const Dofs& s, bool here)
 {
   return !s.rows.split ? here : comm_allreduce_max(static_cast<int>(!here)) == 0;
 }
 
-// dof_all_free : no dof of any rank is prescribed or tied; false where this rank cannot know
+// dof_all_free : no dof of any rank is prescribed or tied; false if this rank cannot decide
 inline bool dof_all_free(const Dofs& s)
 {
   if (s.bound.free) return true;
   return !s.rows.split && s.bound.constrained.empty();
 }
 
-// Warnings that are given once, each with its key
+// Keys of the warnings that have been given
 using Warned = std::set<std::string>;
 
-// What a division goes by, on rank 0
+// Input of a division, on rank 0
 struct DivideBy {
-  std::vector<RealVec> work;   // of the elements of the deck [kinds][nelem]; empty: that of intact ones
-  IntVec rank;                 // [nelem] whose they are, and stay; empty: it is found
-  // faces of all ranks, of general contact and of contact pairs; none of the one or the other: those of t = 0
+  std::vector<RealVec> work;   // of the elements of the deck [kinds][nelem]; empty: as of intact elements
+  IntVec rank;                 // [nelem] given owners; empty: to be found
+  // faces of all ranks, of general contact and of contact pairs; without faces of one kind: those of t = 0
   std::vector<NearFace> near;
 };
 
-// dof_ranks : how many ranks the model of rank 0 is worth; the others wait (comm_keep). Not collective.
+// dof_ranks : number of ranks that pays off for the model of rank 0;
+// the others wait (comm_keep). Not collective.
 int dof_ranks(const Model& m);
 
-// dof_part : the model of rank 0 to all ranks: to each its piece. Collective.
+// dof_part : divides the model of rank 0 and sends each rank its piece. Collective.
 void dof_part(const DivideBy& by, Model& m);
 
-// largest work of a rank over the mean that is as good as even: work is estimated no better
+// largest work of a rank over the mean that counts as even: work is not estimated more accurately
 constexpr double WORK_EVEN = 1.05;
 
-// dof_work : of the elements of this rank, [2][nelem]: what rows and iterations go with, as if they were
-// intact or by the pairs of nodes of the points that they have become; what broken ones cost above it, and
-// points
-// dof_excess : the largest work of a rank over the mean, each kind for itself; rank: who works on each
-// point [npoint]. Collective.
+// dof_work : work of the elements of this rank, [2][nelem]: the work that scales with rows and iterations, as
+// if all were intact or by the node pairs of their points; the additional work of broken elements and points
+// dof_excess : largest work of a rank over the mean, sum of both kinds; rank: owner
+// of each point [npoint]. Collective.
 //   in   uc   displacements of the corners [ncorner*dim]
 std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts, const RealVec& uc);
 double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc,
                   const IntVec& rank);
 
-// dof_divide : owned points and groups of points. True: the owners are not those that the pattern was made
-// for.                                                                                     doc/theory.md 5.1
+// dof_divide : owned points and groups of points. True: the owners have changed since the pattern was formed.
+//                                                                                          doc/theory.md 5.1
 bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, Division& d, Dofs& s);
 
-// dof_share_points : MeshPart::window: which rank works on each point, when there are more of them. Those
-// that were elements go from rank to rank element by element, to one that knows them. Collective.
+// dof_share_points : MeshPart::window: owner of each point, when their number has grown. Points of elements
+// move between ranks element by element, to a rank that stores them. Collective.
 void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Points& pts, Division& d);
 
-// dof_share_grid : divided model: the points, corners and bonds that the grid of this rank has lists for
+// dof_share_grid : divided model: the points, corners and bonds for which the grid of this rank has lists
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,
                     const Division& d, GridShare& g);
 
@@ -252,33 +254,46 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
   for (int k : s.rows.owned_group) use(s.rows.group.count(k), s.rows.group.begin(k));
 }
 
-// dof_form : rows, lists, equations, and, when a list has changed, division, pattern and scatter maps; the
-// mass of an earlier pattern is dropped then
+// dof_form : rows, lists, equations, and, if a list has changed, division, pattern and scatter maps; the mass
+// of the earlier pattern is deleted then
 //   writes st.division, the rows of mesh nodes in d.grid
 void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s);
 
 // ---- equations between dofs (dof_tie.cpp), doc/theory.md (5.6) - (5.8)
-// dof_tie : DofConstraints::tie of the step; true: it is not the one of before
-bool dof_tie(const Model& m, const Step& step, Dofs& s);
+// dof_tie : DofConstraints::tie of the step; true: it has changed
+//   in   u   displacements at t(n)   [nnode*dim]
+bool dof_tie(const Model& m, const Step& step, const RealVec& u, Dofs& s);
 
-// tie_extend : what couples a dependent dof couples its masters
+// ---- rigid bodies that turn by finite angles (dof_rigid.cpp), doc/theory.md (6.41)
+// u [nnode*dim], all others [neq]
+// rigid_ties : ties of their nodes, after all others
+// rigid_arms : coefficients of these, as the nodes lie in u
+// rigid_leap : increments of the nodes from those of the reference nodes, du
+// rigid_centripetal : adds w x (w x r) to acc, with the w of v
+// rigid_start : v [nnode*dim] becomes that of bodies
+void rigid_ties(const Model& m, const Step& step, const DofRows& rows, Ties& t);
+void rigid_arms(const Model& m, const RealVec& u, Ties& t);
+void rigid_leap(const Model& m, const RealVec& u, const Dofs& s, RealVec& du);
+void rigid_centripetal(const Model& m, const RealVec& u, const Dofs& s, const RealVec& v, RealVec& acc);
+void rigid_start(const Model& m, const RealVec& u, RealVec& v);
+
+// tie_extend : adds to each list with a dependent dof the rows of its masters
 void tie_extend(const Dofs& s, ListTable& lists);
 
-// tie_follow : x = T x, dependent dofs follow their masters; gap: an increment, which also closes what is
-// left of the equation
+// tie_follow : x = T x, dependent dofs follow their masters; gap: x is an increment, which also removes the
+// residual of the equation
 void tie_follow(const Dofs& s, bool gap, RealVec& x);
 
-// tie_force : f = T^T f, forces on dependent dofs go to their masters
+// tie_force : f = T^T f, transfers forces on dependent dofs to their masters
 void tie_force(const Dofs& s, RealVec& f);
 
-// tie_matrix : A = T^T A T of what this rank has; rows and columns of dependent dofs are zero afterwards
+// tie_matrix : A = T^T A T for the contribution of this rank; rows and columns of dependent dofs become zero
 void tie_matrix(Dofs& s);
 
-// Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return
-// BAD_VALUE when one is no finite number, with a note that names keyword, line, function, node or face, and
-// time.
+// Loads and supports are checked when they are evaluated, by all ranks alike. The routines below return
+// BAD_VALUE if a value is not finite, with a note of keyword, line, function, node or face, and time.
 
-// warn_once : a warning of a line of the deck, once for each line and text, that names a node and the time
+// warn_once : warns of a line of the deck, once for each line and text, with node and time
 void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const Place& place, int node,
                double time, const char* what);
 

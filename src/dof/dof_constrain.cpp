@@ -18,7 +18,7 @@ void fix(Dofs& s, int dof, double increment, double rate, int grid_bc)
   s.bound.constrained.push_back(dof);
 }
 
-// dependent dofs; nodes without elements move only where an equation has them
+// dependent dofs; nodes without elements are fixed, unless an equation includes them
 void constrain_ties(const RealVec& u, Dofs& s)
 {
   Ties& t       = s.bound.tie;
@@ -37,7 +37,7 @@ void constrain_ties(const RealVec& u, Dofs& s)
       if (s.bound.fixed[dof] == DOF_FREE && !acts[dof]) fix(s, dof, 0.0, 0.0, -1);
 }
 
-// A support that goes on at the corner of a point
+// A support transferred to the corner of a point
 struct SupportedCorner {
   const Prescribed* b;
   int node, corner, dir;
@@ -55,14 +55,14 @@ void each_dof(const ActiveGrid& grid, const Dofs& s, const SupportedCorner& h, U
   }
 }
 
-// What such a corner says of a dof of the grid
+// Contribution of such a corner to a dof of the grid
 struct SupportPart {
   long key;                    // row_key of the row
   int node, dir;               // number of the node in the mesh of the deck
   double N, increment, rate, rate0;
 };
 
-// those of all corners; divided model: each from the rank of its corner
+// contributions of all corners; divided model: each from the owner of its corner
 std::vector<SupportPart> support_parts(const Model& m, const Points& pts, const Discretisation& d,
                                        const std::vector<SupportedCorner>& corners, const Dofs& s)
 {
@@ -79,7 +79,7 @@ std::vector<SupportPart> support_parts(const Model& m, const Points& pts, const 
   return part;
 }
 
-// rows of the keys that parts have, as far as they are here: key and row, ascending
+// rows of this rank with the keys of parts: key and row, ascending
 std::vector<std::pair<long, int>> rows_of_parts(const Dofs& s, const std::vector<SupportPart>& part)
 {
   std::vector<long> key;
@@ -92,7 +92,7 @@ std::vector<std::pair<long, int>> rows_of_parts(const Dofs& s, const std::vector
   return row;
 }
 
-// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by
+// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean, weighted by
 // |N_v|  (7.18)
 void support_corners(const Model& m, const Points& pts, const Discretisation& d,
                      const std::vector<SupportedCorner>& corners, double time, Dofs& s, Warned& warned)
@@ -192,13 +192,13 @@ void release_all(Dofs& s)
 // The increment in which dofs are prescribed
 struct Span {
   double t_step0, t_step1, total0;
-  bool moves;                  // velocities are asked for
+  bool moves;                  // velocities are needed
   double dt() const { return t_step1 - t_step0; }
-  double back() const { return 1e-3 * dt(); }        // rates by a difference just before t(n+1)
+  double back() const { return 1e-3 * dt(); }        // time step of finite differences for rates
   double total1() const { return total0 + dt(); }
 };
 
-// *BOUNDARY on this rank; corners: supports that go on at them
+// *BOUNDARY on this rank; corners: supports transferred to corners
 Failure constrain_nodes(const Model& m, const Discretisation& d, const State& st, const Step& step,
                         const Span& t, Dofs& s, std::vector<SupportedCorner>& corners, Warned& warned)
 {
@@ -206,7 +206,7 @@ Failure constrain_nodes(const Model& m, const Discretisation& d, const State& st
   const double t_step0 = t.t_step0, t_step1 = t.t_step1, total0 = t.total0, total1 = t.total1();
   const double dt = t.dt(), back = t.back();
   const bool moves = t.moves;
-  // a ramp goes straight from where the node is to the value at the end of the step                  (6.16)
+  // a ramp is linear from the position of the node to the value at the end of the step               (6.16)
   const double part0 = std::min(1.0, t_step0 / step.period), part1 = std::min(1.0, t_step1 / step.period);
   const double ramped = part1 < 1.0 ? (part1 - part0) / (1.0 - part0) : 1.0;
   for (const Prescribed& b : step.prescribed)
@@ -255,7 +255,7 @@ Failure constrain_grid(const Model& m, const Discretisation& d, const State& st,
     const GridBc& b = m.grid_bc[k];
     for (int v = 0; v < d.grid.nnode; ++v) {
       double x[3];
-      grid_unknown_place(m, st.points, st.n.uc, d.grid, v, x);
+      grid_unknown_position(m, st.points, st.n.uc, d.grid, v, x);
       if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
       auto at = [&](double later) {
         return support_value(m, b.value, b.amplitude, x, t_step0 + later, total0 + later);
@@ -278,7 +278,7 @@ Failure constrain_grid(const Model& m, const Discretisation& d, const State& st,
   return STATUS_OK;
 }
 
-// a failure of this rank is that of all when a value may be no finite number on one of them alone
+// shares a failure with all ranks if a value can be not finite on a single rank
 template <class Values>
 Failure agreed(const Model& m, const Values& values, const Failure& failure)
 {
@@ -293,7 +293,7 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
                       double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
   const Span t{t_step0, t_step1, st.n.time, step.proc == PROC_DYNAMIC};
-  s.bound.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty();
+  s.bound.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty() && !m.part.tied;
   release_all(s);
   s.bound.corner_support.clear();
   std::vector<SupportedCorner> corners;

@@ -8,17 +8,17 @@
 
 namespace {
 
-// The work of elements and that of points are balanced apart from each other: rows and iterations go with
+// The work of elements and the work of points are balanced separately: rows and iterations scale with
 // elements, active grid and projection with points
 enum WorkKind { WORK_ELEM, WORK_POINT, WORK_KINDS };
 
-// Broken material over intact one, measured in paper/p9_griffith (doc/benchmarks.md, "What two ranks lose"):
-// a C3D8 that is broken is formed one by one and costs 13 intact ones; a broken point costs, in the work of
-// an intact one, 0.66 for each of the pairs of its nodes and PAIRS_OF_LAW more
+// Work of broken relative to intact material, measured in paper/p9_griffith (doc/benchmarks.md, "What two
+// ranks lose"): a broken C3D8 is formed outside packs and costs as much as 13 intact ones; a broken point
+// costs 0.66 of an intact one for each node pair, plus PAIRS_OF_LAW pairs for its law
 const double BROKEN_ELEM = 13.0, BROKEN_POINT = 0.66, PAIRS_OF_LAW = 110.0;
 
-// work of an element (eight at once take half of what one takes) and of a point with so many pairs of nodes,
-// in the same unit
+// work of an element (half for a pack of eight) and of a point with this number
+// of node pairs, in the same unit
 double elem_work(Shape shape, bool broken)
 {
   return (broken ? BROKEN_ELEM : 1.0) * 0.5 * pair_count(shape_info[shape].nen) * shape_info[shape].ngp;
@@ -28,59 +28,59 @@ double point_work(double pairs, bool broken)
   return 2.0 * (broken ? BROKEN_POINT * (pairs + PAIRS_OF_LAW) : pairs);
 }
 
-// Nodes of the grid around places (units of the cells, [n*3]), each once; a place on a line of the grid has
-// those of the line. Of places that lie far apart as many as they would have alone
-int nodes_around(int dim, int n, const double* place)
+// Number of distinct grid nodes of the cells that contain positions x (in cells, [n*3]); a position on a grid
+// line has only the nodes of the line. Nodes of distant positions are not compared
+int nodes_around(int dim, int n, const double* x)
 {
-  const int most = 6;          // nodes in a direction that are looked at one by one
+  const int max_nodes = 6;     // in a direction, for the comparison
   int low[3] = {0, 0, 0}, size[3] = {1, 1, 1};
   bool small = true;
   for (int i = 0; i < dim; ++i) {
     double lo = 1e300, hi = -1e300;
     for (int k = 0; k < n; ++k) {
-      lo = std::min(lo, std::floor(place[3 * k + i]));
-      hi = std::max(hi, std::ceil(place[3 * k + i]));
+      lo = std::min(lo, std::floor(x[3 * k + i]));
+      hi = std::max(hi, std::ceil(x[3 * k + i]));
     }
-    small   = small && hi - lo + 1.0 <= most;
+    small   = small && hi - lo + 1.0 <= max_nodes;
     low[i]  = small ? static_cast<int>(lo) : 0;
     size[i] = small ? static_cast<int>(hi - lo) + 1 : 1;
   }
   if (!small) return n << dim;
-  std::bitset<most * most * most> seen;
+  std::bitset<max_nodes * max_nodes * max_nodes> seen;
   for (int k = 0; k < n; ++k)
     for (int a = 0; a < 1 << dim; ++a) {
       int at[3] = {0, 0, 0};
       for (int i = 0; i < dim; ++i) {
-        const double x = place[3 * k + i];
-        at[i] = static_cast<int>(a >> i & 1 ? std::ceil(x) : std::floor(x)) - low[i];
+        const double xi = x[3 * k + i];
+        at[i] = static_cast<int>(a >> i & 1 ? std::ceil(xi) : std::floor(xi)) - low[i];
       }
       seen[(at[2] * size[1] + at[1]) * size[0] + at[0]] = true;
     }
   return static_cast<int>(seen.count());
 }
 
-// Pairs of nodes of a point whose lists may not be there: those of the grid around the corners that move with
-// it, and one for each corner that hangs
+// Node pairs of a point, estimated without its lists: grid nodes around the corners that the grid carries,
+// and one node for each hanging corner
 //   in   uc   displacements of the corners
 double pairs_of_point(const Model& m, const Points& pts, const RealVec& uc, int q)
 {
   const int corners = pts.conn.count(q), dim = m.dim;
   int free = 0;                // corners on the grid
-  double place[24];
+  double x[24];                // positions of these, in cells
   for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
     const int c = pts.conn.item[k];
     if (pts.carrier(c) != HANG_GRID) continue;
     for (int i = 0; i < dim; ++i) {
       const size_t at = static_cast<size_t>(c) * dim + i;
-      place[3 * free + i] = (pts.Xc[at] + uc[at] - m.grid.lo[i]) / m.grid.h[i];
+      x[3 * free + i] = (pts.Xc[at] + uc[at] - m.grid.lo[i]) / m.grid.h[i];
     }
     ++free;
   }
-  const int nodes = free > 0 ? nodes_around(dim, free, place) : 0;
+  const int nodes = free > 0 ? nodes_around(dim, free, x) : 0;
   return pair_count(nodes + corners - free);
 }
 
-// Work of a point, and what rows and iterations go with: the work of an element with as many pairs of nodes
+// Work of a point: rows and iterations, as of an element with the same number of node pairs, and its own
 struct PointWork { double rows, material; };
 PointWork work_of_point(const Model& m, const Points& pts, const RealVec& uc, int q)
 {
@@ -95,9 +95,9 @@ PointWork work_of_point(const Model& m, const Points& pts, const RealVec& uc, in
   return w;
 }
 
-// ---- points that were elements go from rank to rank ----
+// ---- transfer of the points of elements between ranks ----
 
-// what a rank has to do, and where
+// work of a rank, and its centre
 struct RankWork { double all = 0.0, centre[3] = {0, 0, 0}; };
 
 double mean_work(const std::vector<RankWork>& rank)
@@ -142,17 +142,17 @@ void take_points(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
     if (owned(s.rows.group_first[k])) s.rows.owned_group.push_back(k);
 }
 
-// largest work of a rank over the mean above which it hands points to another one. All of P9 on two
-// ranks: 80.9 s with 1.05, 79.7 with 1.02, 80.7 with 1.005
-const double HAND_EVEN = 1.02;
+// largest work of a rank over the mean, above which it transfers points to another one. P9 on two ranks,
+// whole run: 80.9 s with 1.05, 79.7 with 1.02, 80.7 with 1.005
+const double TRANSFER_ABOVE = 1.02;
 
-// an element whose points go to another rank, by the number of the first of them
+// an element whose points move to another rank, by the number of its first point
 struct Handed { int point, rank; };
 
-// [nelem] does another rank know the points of e and of all elements around it, and is no contact point
-// there? Only then may it work on them: all ranks that have a corner of e then have an element with it in
-// common with that rank, and all agree on the rank that the corner belongs to.
-//   in   common   elements whose points both know; of e this rank knows all around it
+// [nelem] 1: another rank stores the points of e and of all elements around it, and there is no contact
+// point. Only then can that rank own them: all ranks with a corner of e then share an element containing it
+// with that rank, and agree on the owner of the corner.
+//   in   common   elements whose points both ranks store; this rank stores all elements around e
 std::vector<char> inside(const Model& m, const IntVec& common)
 {
   const Mesh& mesh = m.mesh;
@@ -164,7 +164,7 @@ std::vector<char> inside(const Model& m, const IntVec& common)
   for (const ConversionDef& c : m.conversion)
     for (int e : c.elem)
       if (!both[e]) each(e, [&](int n) { rim[n] = 1; });
-  // contact points stay with the ranks that know the master faces near them
+  // contact points stay on the ranks that store the master faces near them
   for (const BondDef& d : m.bond)
     if (d.pair())
       for (const Face& f : m.surface[d.surface].face) each(f.elem, [&](int n) { rim[n] = 1; });
@@ -172,8 +172,8 @@ std::vector<char> inside(const Model& m, const IntVec& common)
   return both;
 }
 
-// What the rank with the most work hands to the one with least among those that know points of its: elements
-// furthest towards it first
+// Points that the rank with the most work transfers to the least loaded one among the ranks that store points
+// of it: elements furthest in its direction first
 std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& work,
                               const std::vector<RankWork>& rank, const IntVec& of)
 {
@@ -188,12 +188,12 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
         std::any_of(around.common[r].begin(), around.common[r].end(), movable))
       to = r;
   if (to < 0) return out;
-  std::vector<std::pair<double, int>> list;          // how far towards it, element
+  std::vector<std::pair<double, int>> list;          // minus the distance in its direction, element
   const std::vector<char> known = inside(m, around.common[to]);
   for (int e : around.common[to])
     if (movable(e) && known[e]) {
       double along = 0.0, X[3];
-      point_place(pts, m.dim, pts.of_elem[e], X);
+      point_centre(pts, m.dim, pts.of_elem[e], X);
       for (int i = 0; i < 3; ++i)
         along += X[i] * (rank[to].centre[i] - rank[me].centre[i]);
       list.emplace_back(-along, e);
@@ -215,7 +215,7 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
 
 void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Points& pts, Division& d)
 {
-  const int made = pts.part.npoint + pts.part.ncorner;         // other corners: they have other ranks
+  const int made = pts.part.npoint + pts.part.ncorner;         // new corners have new owners
   if (d.made == made && d.ranks == comm_size()) return;
   if (d.ranks != comm_size()) d = Division();
   d.elem.clear();
@@ -237,11 +237,11 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
     return rank;
   };
   std::vector<RankWork> rank = loads();
-  const bool even = largest_part(rank) <= HAND_EVEN * std::max(1.0, d.excess);
+  const bool even = largest_part(rank) <= TRANSFER_ABOVE * std::max(1.0, d.excess);
   for (int k = 0; k < 4 * comm_size() && !even; ++k) {
     const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin());
     std::vector<Handed> handed;
-    if (from == comm_rank() && rank[from].all > HAND_EVEN * mean_work(rank))
+    if (from == comm_rank() && rank[from].all > TRANSFER_ABOVE * mean_work(rank))
       handed = hand_over(m, pts, work, rank, d.point);
     comm_allgatherv(handed);
     if (handed.empty()) break;
@@ -282,7 +282,7 @@ double dof_excess(const Model& m, const Elements& el, const Points& pts, const R
                   const IntVec& rank)
 {
   const int me = comm_rank();
-  double load[WORK_KINDS] = {}, most[WORK_KINDS];
+  double load[WORK_KINDS] = {}, largest[WORK_KINDS];
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
       load[WORK_ELEM] += elem_work(b.shape, false);
@@ -294,22 +294,22 @@ double dof_excess(const Model& m, const Elements& el, const Points& pts, const R
     load[WORK_ELEM]  += w.rows;
     load[WORK_POINT] += w.material;
   }
-  std::copy(load, load + WORK_KINDS, most);
-  comm_max(most, WORK_KINDS);
+  std::copy(load, load + WORK_KINDS, largest);
+  comm_max(largest, WORK_KINDS);
   comm_sum(load, WORK_KINDS);
-  return std::accumulate(most, most + WORK_KINDS, 0.0) * comm_size() /
+  return std::accumulate(largest, largest + WORK_KINDS, 0.0) * comm_size() /
          std::max(std::accumulate(load, load + WORK_KINDS, 0.0), 1e-300);
 }
 
 namespace {
 
-// who works on points; points: each rank has its own, and nothing becomes one
+// owners of the points; MeshPart::points without window: each rank has its own, and no element is converted
 const IntVec& ranks_of_points(const MeshPart& part, const Points& pts, const Division& d)
 {
   return part.points && !part.window ? pts.part.rank : d.point;
 }
 
-// points of this rank; their ranks become those of the corners
+// points of this rank; the owners of corners follow from those of the points
 void share_points(const Points& pts, const IntVec& rank_of, GridShare& g)
 {
   const int me = comm_rank();
@@ -326,7 +326,7 @@ void share_points(const Points& pts, const IntVec& rank_of, GridShare& g)
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,
                     const Division& d, GridShare& g)
 {
-  // points of each rank, their corners and bonds stay as they are, but for what contact meets
+  // points of each rank, their corners and bonds do not change, except for contact
   const bool same = g.on && g.point.size() == static_cast<size_t>(pts.npoint) && pairs.gap.empty();
   if (m.part.points && !m.part.window && same) return;
   g    = GridShare();

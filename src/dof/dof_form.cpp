@@ -10,7 +10,7 @@
 
 namespace {
 
-// elements around each node, of those that still are elements
+// present elements around each node
 ListTable elements_around(const Mesh& mesh, const Elements& el)
 {
   return gather_lists(mesh.nnode(), [&](auto use) {
@@ -37,9 +37,9 @@ IntVec order_nodes(const Mesh& mesh, const Bonds& bonds, const Points& pts, cons
 {
   std::vector<char> waits(mesh.nnode());
   for (int n = 0; n < mesh.nnode(); ++n) waits[n] = around.count(n) > 0;
-  IntVec near;                 // from the bonds outwards
+  IntVec reached;              // from the bonds outwards
   const auto reach = [&](int n) {
-    if (waits[n]) near.push_back(n);
+    if (waits[n]) reached.push_back(n);
     waits[n] = 0;
   };
   for (int k = 0; k < bonds.nbond; ++k)
@@ -47,15 +47,15 @@ IntVec order_nodes(const Mesh& mesh, const Bonds& bonds, const Points& pts, cons
       if (bonds.field[k] >= 0 && bonds.a.item[j] < mesh.nnode()) reach(bonds.a.item[j]);
   for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
     if (pts.hangs[c] == HANG_NODE) reach(pts.hang.begin(c)[0]);
-  for (size_t i = 0; i < near.size(); ++i) each_neighbour(mesh, around, near[i], reach);
+  for (size_t i = 0; i < reached.size(); ++i) each_neighbour(mesh, around, reached[i], reach);
   IntVec order;
   for (int n = 0; n < mesh.nnode(); ++n)
     if (waits[n]) order.push_back(n);
-  order.insert(order.end(), near.rbegin(), near.rend());
+  order.insert(order.end(), reached.rbegin(), reached.rend());
   return order;
 }
 
-// divided model: as the incomplete factor eliminates them                                             (8.7)
+// divided model: the order in which the incomplete factor eliminates nodes                            (8.7)
 void order_from_border(const Model& m, const ListTable& around, IntVec& order)
 {
   IntVec border;
@@ -64,7 +64,7 @@ void order_from_border(const Model& m, const ListTable& around, IntVec& order)
   far_first(m.mesh.nnode(), border, [&](int n, auto use) { each_neighbour(m.mesh, around, n, use); }, order);
 }
 
-// rows of finite-element nodes: those of an element that is still one
+// rows of finite-element nodes: the nodes of present elements
 void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
 {
   if (s.rows.numbered) return;
@@ -73,16 +73,16 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   s.rows.node_of_row = order_nodes(m.mesh, st.bonds, st.points, around);
   if (m.part.on) order_from_border(m, around, s.rows.node_of_row);
   s.bound.bare.assign(s.rows.node_of_row.size(), 0);
-  RealVec held(m.mesh.nnode());                    // by elements, of all ranks
-  for (int n = 0; n < m.mesh.nnode(); ++n) held[n] = around.count(n);
-  if (m.part.tied) halo_sum(m.part.halo, 1, held);
+  RealVec elements(m.mesh.nnode());                // around a node, of all ranks
+  for (int n = 0; n < m.mesh.nnode(); ++n) elements[n] = around.count(n);
+  if (m.part.tied) halo_sum(m.part.halo, 1, elements);
   std::vector<char> known(m.mesh.nnode(), 0);      // nodes of equations without elements come last
   for (const Equation& e : m.equation)
     for (const EquationTerm& t : e.term) {
       if (around.count(t.node) || known[t.node]) continue;
       known[t.node] = 1;
       s.rows.node_of_row.push_back(t.node);
-      s.bound.bare.push_back(held[t.node] == 0.0);
+      s.bound.bare.push_back(elements[t.node] == 0.0);
     }
   s.rows.nfe         = static_cast<int>(s.rows.node_of_row.size());
   s.rows.nguest      = 0;
@@ -90,8 +90,8 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   for (int r = 0; r < s.rows.nfe; ++r) s.rows.row_of_node[s.rows.node_of_row[r]] = r;
 }
 
-// divided model: rows of nodes without elements of this rank, which bonds of it hold now, or corners with
-// lists follow. True: they are others than before
+// divided model: rows of nodes without elements on this rank, to which its bonds are attached, or which
+// corners with lists follow. True: they have changed
 bool add_guests(const Model& m, const Bonds& bonds, const Discretisation& d, Dofs& s)
 {
   const int own = s.rows.nfe - s.rows.nguest, nnode = m.mesh.nnode();
@@ -104,7 +104,7 @@ bool add_guests(const Model& m, const Bonds& bonds, const Discretisation& d, Dof
   };
   for (const MeshItem& q : d.grid.corner_mesh) add(q.node);
   for (int b = 0; b < bonds.nbond; ++b) {
-    // one of a node that has been lost ties nothing any more
+    // the bond of a lost node no longer ties
     if (bonds.cn[b] == 0.0 && bonds.ct[b] == 0.0) continue;
     if (!d.mine.bond[b] || !contact_acts(bonds, d.pairs, b)) continue;
     take(bonds.a, b);
@@ -135,20 +135,20 @@ void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b
     row.push_back(r);
     w.push_back(value);
   };
-  auto add_kin = [&](int kin, double value) {
-    if (kin < nnode) {
-      if (s.rows.row_of_node[kin] >= 0) add(s.rows.row_of_node[kin], value);
+  auto add_node = [&](int node, double value) {      // corner c: nnode + c
+    if (node < nnode) {
+      if (s.rows.row_of_node[node] >= 0) add(s.rows.row_of_node[node], value);
       return;
     }
-    const int c = kin - nnode;
+    const int c = node - nnode;
     for (int j = d.grid.corner.off[c]; j < d.grid.corner.off[c + 1]; ++j)
       add(s.rows.nfe + d.grid.corner.item[j], value * d.grid.corner_w[j]);
   };
   if (!contact_acts(bonds, d.pairs, b)) return;
-  for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) add_kin(bonds.a.item[k], bonds.a_w[k]);
+  for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) add_node(bonds.a.item[k], bonds.a_w[k]);
   if (bonds.side[b] == SIDE_CONTACT)
     for (int k = d.pairs.master.off[b]; k < d.pairs.master.off[b + 1]; ++k)
-      add_kin(d.pairs.master.item[k], -d.pairs.master_w[k]);
+      add_node(d.pairs.master.item[k], -d.pairs.master_w[k]);
   for (int j = d.grid.bond.off[b]; j < d.grid.bond.off[b + 1]; ++j)
     add(s.rows.nfe + d.grid.bond.item[j], -d.grid.bond_w[j]);
 }
@@ -207,7 +207,7 @@ void form_lists(const MeshPart& part, const Bonds& bonds, Discretisation& d, Dof
 
 bool same(const ListTable& a, const ListTable& b) { return a.off == b.off && a.item == b.item; }
 
-// rows that bonds of this rank tie to the grid, and those of the grid
+// rows tied to the grid by bonds of this rank, and the grid rows of these bonds
 IntVec tied_rows(const Dofs& s)
 {
   IntVec tied;
@@ -221,7 +221,7 @@ IntVec tied_rows(const Dofs& s)
   return tied;
 }
 
-// pattern of what this rank works on
+// pattern of the contributions of this rank
 void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
   ListTable lists;
@@ -237,7 +237,7 @@ void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, 
   s.pattern.A.tied = tied_rows(s);
 }
 
-// which rows count on this rank
+// marks the rows that count on this rank
 void count_rows(Dofs& s)
 {
   s.rows.once.assign(s.rows.neq(), 0);
@@ -251,15 +251,15 @@ void count_rows(Dofs& s)
   s.rows.all = static_cast<long>(rows);
 }
 
-// the place of column c in row r; rows are short, and counting needs no guess of the processor
-int block_place(const SysMatrix& A, int r, int c)
+// index of the block in row r, column c; rows are short, and counting avoids mispredicted branches
+int block_index(const SysMatrix& A, int r, int c)
 {
-  int place = A.off[r];
-  for (int k = A.off[r], last = A.off[r + 1]; k < last; ++k) place += A.col[k] < c;
-  return place;
+  int index = A.off[r];
+  for (int k = A.off[r], last = A.off[r + 1]; k < last; ++k) index += A.col[k] < c;
+  return index;
 }
 
-// where every node pair goes; points with the nodes of the one before share its places
+// block of A of every node pair; points with the same nodes as the previous one share its entries
 void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
   size_t nelem = 0, list = 0, pairs[5] = {};
@@ -306,8 +306,8 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
       return;
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b)
-        *map++ = row[a] >= row[b] ? 2 * block_place(s.pattern.A, row[a], row[b])
-                                  : 2 * block_place(s.pattern.A, row[b], row[a]) + 1;
+        *map++ = row[a] >= row[b] ? 2 * block_index(s.pattern.A, row[a], row[b])
+                                  : 2 * block_index(s.pattern.A, row[b], row[a]) + 1;
   });
 }
 
@@ -330,7 +330,7 @@ double mean_size(const Model& m, const Elements& el)
   return m.dim == 2 ? __builtin_sqrt(volume / count) : __builtin_cbrt(volume / count);
 }
 
-// rows, lists, equations and whose work is what; true: something has changed
+// rows, lists, equations and owners; true: something has changed
 bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   const bool first = !s.rows.numbered;
@@ -341,8 +341,8 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   const bool lean = step.explicit_steps() && comm_size() == 1;
   fresh  = fresh || s.pattern.lean != lean;
   s.pattern.lean = lean;
-  bool bonds = false;          // other ones act
-  // the grid has moved along, nothing else makes lists, and places of contact keep what they meet
+  bool bonds = false;          // the acting bonds have changed
+  // the grid has moved along, nothing else changes lists, and contact points keep their faces
   const bool meets = !d.pairs.gap.empty() && d.pairs.searched + d.pairs.skipped > 0;
   const bool stay  = !first && !fresh && !meets && s.pattern.lists_of == d.grid.made &&
       d.point_law.group.size() == 0;
@@ -354,7 +354,7 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
             !same(s.pattern.ghost_rows, d.grid.ghost) || !same(s.pattern.group_rows, s.rows.group);
     s.pattern.lists_of = d.grid.made;
   }
-  fresh = dof_tie(m, step, s) || fresh;
+  fresh = dof_tie(m, step, st.n.u, s) || fresh;
   fresh = dof_divide(m, st.points, d.grid, st.division, s) || fresh;
   if (bonds) s.pattern.bond_rows = s.rows.bond;
   if (!fresh) return false;
@@ -365,7 +365,7 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   return true;
 }
 
-// several ranks: rows that they have in common
+// several ranks: rows shared between them
 bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   s.rows.split = true;
@@ -391,7 +391,7 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
   Timer timer(PHASE_PATTERN);
   ++s.pattern.number;
   s.rows.renumbered = true;
-  s.mass.mass_rows.reset();                   // of the pattern before
+  s.mass.mass_rows.reset();                   // of the previous pattern
   form_pattern(m.mesh, d.el, d.grid, s);
   if (s.rows.split) count_rows(s);
   form_maps(m.mesh, d.el, d.grid, s);

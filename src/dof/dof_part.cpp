@@ -20,14 +20,14 @@
 
 namespace {
 
-// finite elements and cells of points that a rank has at least: with fewer, messages cost more than they
+// least number of finite elements and cells of points on a rank: with fewer, messages cost more than they
 // save, and METIS balances badly
 const int OWNED_AT_LEAST = 16;
-// part of all elements that may become points: where ranks have more of others in two rows, they know the
-// points of one row. P9, largest of four: 44.9 MB; 47.6 with two rows (3 % faster)
+// fraction of all convertible elements: if ranks have more elements of other ranks in two rows, they store
+// the points of one row. P9, largest of four: 44.9 MB; 47.6 with two rows (3 % faster)
 const double TWO_ROWS_AT_MOST = 1.0 / 3.0;
 
-// does a body wait for points that elements become?
+// will a body receive the points of converted elements?
 bool waits(const Body& b) { return b.fill == FILL_CONVERSION; }
 
 // are there points from the start?
@@ -39,8 +39,8 @@ int finite_elements(const Model& m)
   return static_cast<int>(std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; }));
 }
 
-// Does each rank know the points and outer faces of elements where they are? Elements become points, or
-// contact is general
+// Do ranks store the points and outer faces of the elements
+// that they store? With conversion or general contact
 bool points_near(const Model& m)
 {
   return !m.conversion.empty() || model_general_contact(m) >= 0;
@@ -58,7 +58,7 @@ IntVec elements_of_bodies(const Model& m)
   return all;
 }
 
-// Of these, those that share a node with one of each rank, and are of another one
+// [ranks] the elements of these that share a node with an element of the rank, and belong to another rank
 std::vector<IntVec> around_bodies(const Model& m, const IntVec& rank)
 {
   const Mesh& mesh  = m.mesh;
@@ -76,8 +76,8 @@ std::vector<IntVec> around_bodies(const Model& m, const IntVec& rank)
   return out;
 }
 
-// Elements of others with a face at side A of bonds or contact pairs, which has a node of the elements of
-// each rank: so it knows all such faces at its nodes
+// [ranks] elements of other ranks with a face on side A of bonds or contact pairs that has a node of the
+// rank's elements: the rank then stores all such faces at its nodes
 std::vector<IntVec> around_bonds(const Model& m, const IntVec& rank)
 {
   const Mesh& mesh = m.mesh;
@@ -101,8 +101,7 @@ std::vector<IntVec> around_bonds(const Model& m, const IntVec& rank)
 
 bool of_general(const NearFace& f) { return f.side == NEAR_BOTH; }
 
-// faces of general contact at t = 0, with the reach of the search that looks for overlaps then; pts: of all
-// ranks
+// faces of general contact at t = 0, with the search range for initial overlaps; pts: of all ranks
 std::vector<NearFace> skin_at_start(const Model& m, const Points& pts)
 {
   std::vector<SkinFace> skin;
@@ -113,8 +112,8 @@ std::vector<NearFace> skin_at_start(const Model& m, const Points& pts)
   return near_now(m, pts, skin, u, uc, true, 0.0);
 }
 
-// those of contact pairs at t = 0; adjusted: where contact points that elements leave behind look for their
-// gap at t = 0
+// faces of contact pairs at t = 0; adjusted: where contact points created by conversion search
+// for their gap at t = 0
 std::vector<NearFace> pairs_at_start(const Model& m, const Points& pts, bool adjusted)
 {
   RealVec u, uc;
@@ -125,7 +124,7 @@ std::vector<NearFace> pairs_at_start(const Model& m, const Points& pts, bool adj
 // near faces of general contact, or of contact pairs
 struct NearFaces { std::vector<NearFace> general, pairs; };
 
-// given: those of a division before, or of a state; what is not among them: those of t = 0
+// given: faces of an earlier division, or of a state; kinds that are missing there: those of t = 0
 NearFaces near_of(const Model& m, const std::vector<NearFace>& given)
 {
   NearFaces out;
@@ -174,8 +173,8 @@ OfRanks<int> joined_lists(const std::vector<const std::vector<IntVec>*>& lists)
   return out;
 }
 
-// [ranks] do elements that a rank works on, or whose points it knows, have a node of these faces? Only such a
-// rank can have contact points of theirs
+// [ranks] has an element that the rank owns, or whose points it stores, a node of these faces? Only such a
+// rank can have contact points on them
 IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& rank,
                 const std::vector<IntVec>& points)
 {
@@ -192,7 +191,7 @@ IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& r
 }
 
 // [ranks] BondDef::held, for each of bond: may a rank have contact points of a pair?
-//   in   points   [ranks] elements of others whose points it knows
+//   in   points   [ranks] elements of other ranks whose points the rank stores
 std::vector<IntVec> pairs_held(const Model& m, const IntVec& rank, const std::vector<IntVec>& points)
 {
   std::vector<IntVec> held(points.size(), IntVec(m.bond.size(), 1));
@@ -205,19 +204,19 @@ std::vector<IntVec> pairs_held(const Model& m, const IntVec& rank, const std::ve
   return held;
 }
 
-// What each rank knows beside its own elements and points
+// What each rank stores in addition to its own elements and points
 struct Outer {
-  // elements of others: those that it looks at, since they are near what breaks, have faces that contact may
-  // meet, are around its own at side A of bonds and contact pairs or around its own that are points from the
-  // start, or become points that it knows; these alone
+  // elements of other ranks: all that it reads, since they are near breaking elements, have faces that
+  // contact may meet, adjoin its own at side A of bonds and contact pairs or its own points from the start,
+  // or become points that it stores; and the latter only
   OfRanks<int> elem, near;
   std::vector<std::vector<PointHome>> point;         // ModelCut
   std::vector<IntVec> held;    // the same
   std::vector<char> notch;     // the same
 };
 
-// Are the elements of others in two rows many? Then a rank knows the points of one row of them; with those of
-// two it could take over points when work has become uneven.
+// Are there many elements of other ranks in two rows? Then a rank stores the points of one row only; with two
+// rows it could take over points when the work becomes uneven.
 //   in   rows   [ranks] elements of two rows
 bool too_many(const Model& m, const std::vector<IntVec>& rows)
 {
@@ -253,7 +252,7 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
   return out;
 }
 
-// work of an element: its node pairs at each Gauss point; next to none of one that is no finite element
+// work of an element: its node pairs at each Gauss point; almost none if it is not a finite element
 RealVec element_work(const Mesh& mesh)
 {
   RealVec work;
@@ -264,7 +263,7 @@ RealVec element_work(const Mesh& mesh)
   return work;
 }
 
-// do all finite elements that are not removed hang together by common faces?
+// are all finite elements that are not removed connected by common faces?
 bool joined_by_faces(const Model& m)
 {
   const Mesh& mesh = m.mesh;
@@ -290,7 +289,7 @@ bool joined_by_faces(const Model& m)
   return left == 1;
 }
 
-// each of the first ranks owns something: METIS may leave one of few elements without any
+// gives each of the first ranks an element: METIS may leave a rank empty if there are few
 void leave_none_empty(int ranks, IntVec& rank)
 {
   IntVec count(ranks, 0);
@@ -305,7 +304,7 @@ void leave_none_empty(int ranks, IntVec& rank)
   }
 }
 
-// rank 0: owner of each element. Few elements beside many points belong to the first ranks
+// rank 0: owner of each element. A few elements with many points belong to the first ranks
 IntVec owners(const Model& m, const DivideBy& by)
 {
   if (!by.rank.empty()) return by.rank;
@@ -322,7 +321,7 @@ IntVec owners(const Model& m, const DivideBy& by)
   return rank;
 }
 
-// rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
+// rank 0: sends the pieces one by one, so that only one exists in addition to the whole model
 void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vector<NearFace>& near, Model& m)
 {
   for (BondDef& d : m.bond)
@@ -350,8 +349,8 @@ int dof_ranks(const Model& m)
 {
   const int ranks = comm_size(), elements = finite_elements(m);
   if (elements >= static_cast<long>(OWNED_AT_LEAST) * ranks || ranks == 1) return ranks;
-  // where elements may break, become points or meet in general contact, each rank owns some: one without any
-  // has an empty Fracture (state.h) and no outer faces, which other ranks take for a model without them
+  // with fracture, conversion or general contact each rank must own elements: a rank without any would have
+  // an empty Fracture (state.h) and no outer faces, as in a model without these
   const bool owns  = elements > 0 && (!m.fracture.empty() || !m.broken.empty() || points_near(m));
   const long cells = has_points(m) && !owns ? point_fill_cells(m) : 0;
   return static_cast<int>(std::max(1L, std::min<long>(ranks, (elements + cells) / OWNED_AT_LEAST)));
@@ -377,5 +376,5 @@ void dof_part(const DivideBy& by, Model& m)
     m = model_receive();
   }
   model_cut_close(m);
-  heap_give_back();                      // what the whole model took
+  heap_give_back();                      // the memory of the whole model
 }

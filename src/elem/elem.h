@@ -52,6 +52,7 @@ struct Elements {
   int history = 0;             // numbers that an integration point keeps
   // [Mesh::nelem] divided model: 1: another rank works on it, it is here to be looked at; empty: none
   std::vector<char> outer;
+  std::vector<char> rigid;     // [Mesh::nelem] 1: in a body that turns as one, without stress; empty: none
   const Fracture* frac = nullptr;   // what is broken; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
 };
@@ -66,6 +67,9 @@ void elem_scatter(const Model& m, const RealVec& gc, Elements& el);
 
 // elem_refresh : lists of the elements that still are elements, after form has changed
 void elem_refresh(Elements& el);
+
+// elem_rigid : Elements::rigid of a step, for the bodies that turn by finite angles in it (6.41)
+void elem_rigid(const Model& m, const Step& step, Elements& el);
 
 // elem_volume, elem_size : volume at t = 0 of the element at place slot of its block; edge of the square or
 // cube that it is a part of

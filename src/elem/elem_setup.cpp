@@ -242,3 +242,22 @@ void elem_refresh(Elements& el)
   for (ElemBlock& b : el.block)
     if (!std::is_sorted(b.live.begin(), b.live.end())) std::sort(b.live.begin(), b.live.end());
 }
+
+void elem_rigid(const Model& m, const Step& step, Elements& el)
+{
+  const bool turns = !m.rigid.empty() && step.explicit_steps() && step.nlgeom;
+  if (turns != el.rigid.empty()) return;             // as before
+  el.rigid.clear();
+  if (!turns) return;
+  IntVec body(m.mesh.nnode(), -1);
+  for (size_t b = 0; b < m.rigid.size(); ++b) {
+    for (int n : m.rigid[b].node) body[n] = static_cast<int>(b);
+    if (body[m.rigid[b].ref] < 0) body[m.rigid[b].ref] = static_cast<int>(b);
+  }
+  el.rigid.assign(m.mesh.nelem(), 0);
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    const int *node = m.mesh.conn.begin(e), first = body[node[0]];
+    el.rigid[e] =
+        first >= 0 && std::all_of(node, node + m.mesh.conn.count(e), [&](int n) { return body[n] == first; });
+  }
+}

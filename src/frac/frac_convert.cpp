@@ -100,7 +100,7 @@ int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, 
 {
   double X[3], at[3], N[8], nearest = 1e300;
   int best = 0;
-  point_place(pts, m.dim, p, X);
+  point_centre(pts, m.dim, p, X);
   for (int g = 0; g < shape_info[el.block[el.initial_block[e]].shape].ngp; ++g) {
     elem_gauss_place(m, el, e, g, at, N);
     double d = 0.0;
@@ -342,13 +342,13 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   }
   if (m.part.window) {
     point_number(m, elem, turn, made, st.points);
-    point_tell_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
+    point_copy_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
   }
   st.frac.nconverted += static_cast<int>(number.size());
   elem_refresh(el);
   frac_interfaces(m, fm, st);
   for (const auto& b : be) set_elastic(m, b.first, b.second, st);
-  if (m.part.window) point_tell_history(m.part, point_ranks(m.part, st.points), st.points, el.history, st.n);
+  if (m.part.window) point_copy_history(m.part, point_ranks(m.part, st.points), st.points, el.history, st.n);
 }
 
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st)

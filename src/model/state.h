@@ -269,13 +269,14 @@ struct StepClock {             // the step that is under way
   double stable = 0, system = 0;
   long broke = 0;
   double xi = 0;               // explicit: largest damping ratio of the bulk viscosity in the last increment
+  double held = 0, least = 0;  // explicit: increment of this stage, least stable one in it; 0: none    (6.32)
   // *STATIC, RIKS: time of the step whose loads act, the largest so far; is the step at its end?
   double load = 0, load_most = 0;
   int ended = 0;
 };
 
 // clock_over : is the step at its end?
-inline bool clock_over(const Step& s, const StepClock& c) { return s.arc ? c.ended != 0 : s.over(c.t); }
+inline bool clock_over(const Step& s, const StepClock& c) { return s.arc.on ? c.ended != 0 : s.over(c.t); }
 
 struct GridLaid {              // where corners and bonds were when the active grid was made
   RealVec uc, xb;              // [ncorner*dim], [nbond*dim]; empty: it must be made anew

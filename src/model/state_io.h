@@ -189,9 +189,9 @@ inline void io(Archive& f, ContactLog& x)
 inline void io(Archive& f, StepClock& x)
 {
   auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke,
-         xi, load, load_most, ended] = x;
+         xi, held, least, load, load_most, ended] = x;
   io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke, xi,
-         load, load_most, ended);
+         held, least, load, load_most, ended);
 }
 
 // ranks of points follow where points are known: io_point_ranks

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// out.h : what the run tells: listing, history, print tables, VTK, checks, progress
+// out.h : output of a run: listing, history, print tables, VTK, checks, progress
 //
 // The order of a run:
 //   out_listing_open                     JOB.lst; messages of the set-up go there
@@ -7,9 +7,9 @@
 //   out_step_begin .. out_step_end       around each step
 //     out_listing_iteration, out_listing_cut, out_increment
 //   out_close                            checks, tables; returns the number of failed checks
-// A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
-// On several ranks all routines that take the Model are collective: each rank brings what it owns, history
-// and checks are equal on all ranks, and the first one writes, but for the pieces of VTK.
+// A run continued from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
+// On several ranks all routines with the Model as argument are collective: each rank contributes what it
+// owns, history and checks are equal on all ranks, and the first one writes, except for the pieces of VTK.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H
@@ -31,34 +31,34 @@
 
 // ---- quantities (out_quantity.cpp) ------------------------------------------
 
-// quantity_is_place : known at any position of a body
+// quantity_is_place : defined at any position of a body
 inline bool quantity_is_place(const Quantity& q) { return q.where == OF_MOTION || q.where == OF_NODES; }
 
-// elem_nodal_at : U V A X in element e, shape functions N at the place
+// elem_nodal_at : U V A X in element e, with the shape functions N at the position
 double elem_nodal_at(const Model& m, const Level& level, const Quantity& q, int e, const double* N);
 
-// point_nodal_at : U V X of material point p, weights N of its corners; A is not kept by points: NaN
+// point_nodal_at : U V X of material point p, weights N of its corners; points do not store A: NaN
 double point_nodal_at(const Model& m, const Points& pts, const Level& level, const Quantity& q, int p,
                       const double* N);
 
-// elem_gauss : Gauss points of an element, 0 when it is no element any more
+// elem_gauss : Gauss points of an element, 0 if it is no longer an element
 int elem_gauss(const Model& m, const Elements& el, int e);
 
-// out_sum, out_max : numbers of the ranks of a divided model put together, on all of them; else they stay.
+// out_sum, out_max : sum and maximum over the ranks of a divided model, on all ranks; otherwise no change.
 // Collective.
 inline void out_sum(const Model& m, double* x, long n) { if (m.part.on) comm_sum(x, n); }
 inline void out_max(const Model& m, double* x, long n) { if (m.part.on) comm_max(x, n); }
 
-// out_nlgeom : geometry of the step that the state is in
+// out_nlgeom : NLGEOM of the present step
 bool out_nlgeom(const Model& m, const State& s);
 
-// out_interval : true when the time of the next output has come, which then moves on
+// out_interval : true if the time of the next output is reached, which is then advanced
 bool out_interval(double interval, double time, double& next);
 
-// ---- a material place (out_locate.cpp) ---------------------------------------
+// ---- a material position (out_locate.cpp) -------------------------------------
 
-struct Located {               // elements or points of this rank whose domain at t = 0 contains a place
-  IntVec elem, point;          // only one of the two is filled; elements come first
+struct Located {               // elements or points of this rank whose domain at t = 0 contains a position
+  IntVec elem, point;          // only one of the two is filled; elements have priority
   RealVec N;                   // [items*MAX_NODES] shape functions there
 };
 
@@ -66,7 +66,7 @@ Located out_locate(const Model& m, const Elements& el, const Points& pts, const 
 
 // ---- history (out_history.cpp) -------------------------------------------------
 
-// every increment, also those that the file skips; explicit steps: those where out_row_due
+// every increment, including those skipped in the file; explicit steps: those with out_row_due
 struct History {
   std::vector<std::string> names;
   std::vector<RealVec> rows;
@@ -75,7 +75,7 @@ struct History {
 struct Probe {                 // a column of *HISTORY, ready to be read
   const Quantity* q = nullptr;
   Reduce reduce = REDUCE_MEAN;
-  IntVec node, elem, point;    // what it reads on this rank, a node on one rank alone
+  IntVec node, elem, point;    // items that it reads on this rank; a node on one rank only
   Located at;
   int grid_bc = -1, contact = -1;
 };
@@ -103,20 +103,20 @@ struct CheckResult {
   double value = 0, target = 0, difference = 0, tolerance = 0;
 };
 
-struct RankLoad {              // what one rank has done
+struct RankLoad {              // work of one rank
   double elements = 0, points = 0, bonds = 0;        // at the end of the run
-  // wall seconds; between: sums over the ranks, and waiting for others
+  // wall seconds; between: communication, including waiting for other ranks
   double assembly = 0, between = 0;
   double memory = 0;                                 // peak, MB
 };
 
 struct Output {
   std::string base;            // out_dir/JOB
-  std::string from;            // restart file that the run goes on from; empty: none
+  std::string from;            // restart file that the run continues; empty: none
   std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr, *ero = nullptr, *frag = nullptr;
   History history;
   std::vector<Probe> probe;    // [Model::history]
-  int converted = 0;           // elements that had become points when the probes were made
+  int converted = 0;           // number of converted elements when the probes were set up
   int row_written = -1;        // last row of history in the file
   VtkSeries series[VTK_KINDS];
   int vtk_frame = 0;
@@ -126,79 +126,80 @@ struct Output {
   int frag_inc = -1;
   double restart_next = 0.0;   // TIME INTERVAL: time of the next restart file
   int restart_inc = -1;        // increment of the last restart file
-  std::vector<NearFace> near;  // rank 0, divided model: DivideBy::near, which a restart file keeps
+  std::vector<NearFace> near;  // rank 0, divided model: DivideBy::near, stored in a restart file
   std::vector<CheckResult> result;        // [Model::check]
   std::vector<RankLoad> ranks; // several ranks: filled before out_close
   std::vector<MemoryUse> memory;          // for the listing
   std::size_t ero_written = 0; // entries of State::eroded that are in JOB.ero
   long ero_length = 0;         // of JOB.ero before them
-  ErosionLog tip, tip_before;          // what broke last, and before this increment
+  ErosionLog tip, tip_before;          // last broken element, and that before this increment
   bool terminal = false;       // progress line
   std::FILE* sta = nullptr;    // JOB.sta, rank 0
   double status_start = 0.0, status_last = 0.0;      // wall seconds: start of the run; from there, last row
   double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
-  double progress_from = 0.0;  // time that the run started at
+  double progress_from = 0.0;  // time at which the run started
 };
 
-// out_listing_open : JOB.lst; goes_on: behind what is there already
+// out_listing_open : JOB.lst; goes_on: append to the existing file
 void out_listing_open(const Model& m, Output& out, bool goes_on = false);
 
-// out_open : returns the number of errors (a *HISTORY or *CHECK that cannot be read); messages in the log
+// out_open : returns the number of errors (a *HISTORY or *CHECK that cannot be evaluated);
+// messages in the log
 int out_open(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
 void out_step_begin(const Model& m, int step, Output& out);          // step: 0-based
 void out_step_end(const Model& m, const State& s, Output& out);
 void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
 
-// out_row_due : does the history get a row at t(n)? In explicit steps at every FREQUENCY-th increment, at the
-// end of the step, when elements have broken, and on both sides of the time of a check
+// out_row_due : is a row of the history due at t(n)? In explicit steps at every FREQUENCY-th increment, at
+// the end of the step, when elements have broken, and before and after the time of a check
 // out_reads_ledger : are energies read at t(n), by a row or a line of the listing?
 bool out_row_due(const Model& m, const State& s);
 bool out_reads_ledger(const Model& m, const State& s);
 
-// out_close : finished = false when the run stopped before its end (checks at the end then fail)
+// out_close : finished = false: the run stopped before its end (checks at the end then fail)
 int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
               const Solver& solver, bool finished, Output& out);
 
 // ---- restart (out_restart.cpp) -------------------------------------------------------
 
-// out_restart_load : opens a restart file, that of rank 0. False: it cannot continue this deck; the message
-// says why. Collective.
+// out_restart_load : opens a restart file, on rank 0. False: it does not fit this deck; the message gives the
+// reason. Collective.
 bool out_restart_load(const Model& m, const std::string& path, Archive& f);
 
-// out_restart_pieces : the pieces of the model that has written the file; false: it had another number of
-// ranks, was not divided, or there is no such file for this deck
-// out_restart_near : faces of general contact and of contact pairs where the file has them; none: there is no
-// such file, or it is not one for this deck. Neither is collective: rank 0 asks with the whole model.
+// out_restart_pieces : the division of the model that has written the file; false: another number of ranks,
+// not divided, or no such file for this deck
+// out_restart_near : faces of general contact and of contact pairs as stored in the file; none: no such file
+// for this deck. Neither is collective: rank 0 calls them with the whole model.
 bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by);
 std::vector<NearFace> out_restart_near(const Model& m, const std::string& path);
 
-// out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was
-// written; on entry s is the state at t = 0. Returns the number of errors.
+// out_reopen : instead of out_open: restores state, grid of the last frame and output from the file f; on
+// entry s is the state at t = 0. Returns the number of errors.
 int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, State& s, ActiveGrid& grid,
                Output& out);
 
-// out_restart : JOB.rst, when it is due or must be written now, so that a kill at any moment leaves a whole
-// file
+// out_restart : writes JOB.rst when it is due or required now; a kill at any moment leaves a complete file
 void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Output& out);
 
-// out_mark : JOB.continue, which stands as long as a run that a signal has ended waits to be continued; a
-// launcher may hide the exit code (mpirun). waits = false: it goes
+// out_mark : JOB.continue, which exists while a run ended by a signal waits to be continued; a launcher may
+// hide the exit code (mpirun). waits = false: deletes it
 void out_mark(const Output& out, bool waits);
 
-// out_hold : the state of all ranks in a file without a name, which f reads then; false: there is no room for
-// it. out_resume : instead of out_open and out_reopen: the state of that file in a model that is divided in
-// another way; the output goes on. Both collective.
+// out_hold : writes the state of all ranks to an unnamed file, from which f then reads; false: no space for
+// it.
+// out_resume : instead of out_open and out_reopen: restores the state of that file in a model with another
+// division; the output is continued. Both collective.
 bool out_hold(const Model& m, State& s, const ActiveGrid& grid, Archive& f);
 void out_resume(Model& m, const Elements& el, const FracMesh& fm, Archive& f, State& s, ActiveGrid& grid,
                 Output& out);
 
 // ---- parts -------------------------------------------------------------------------
 
-// out_file_open : makes the folder when it is missing; append: behind what is there already.
-// out_file_first: the same on rank 0; on others a file that forgets all.
-// out_file_flush, out_file_sync (to the disk itself), out_file_close see a full disk. out_file_cut: all
-// behind this length goes.
-// All stop the program in words with EXIT_RESOURCE.
+// out_file_open : creates the folder if it is missing; append: to the existing file.
+// out_file_first: the same on rank 0; on others /dev/null.
+// out_file_flush, out_file_sync (to the disk itself), out_file_close detect a full disk. out_file_cut:
+// truncates the file to this length.
+// All stop the program with a message and EXIT_RESOURCE.
 std::FILE* out_file_open(const std::string& path, bool append = false);
 std::FILE* out_file_first(const std::string& path, bool append = false);
 void out_file_flush(std::FILE* file, const std::string& path);
@@ -206,8 +207,8 @@ void out_file_sync(std::FILE* file, const std::string& path);
 void out_file_cut(std::FILE* file, long length, const std::string& path);
 void out_file_close(std::FILE*& file, const std::string& path);
 
-// out_model_summary : what the deck became; also for mpfe --check. Of a divided model all ranks take part;
-// file: null where nothing is written
+// out_model_summary : summary of the model; also for mpfe --check. Collective for a divided model; file: null
+// on ranks that do not write
 void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts,
                        const Bonds& bonds);
 
@@ -236,13 +237,13 @@ void history_write(const Output& out, int row);
 void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
 void out_vtk_series(const std::string& path, const VtkSeries& series);
 
-// out_unfinished : what broke in an increment that a signal ends, in files JOB.unfinished.*; a line that says
-// so
+// out_unfinished : elements broken in an increment ended by a signal,
+// in files JOB.unfinished.*; returns a message
 std::string out_unfinished(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
                            const Output& out);
 
-// out_vtk_continue : for a run that goes on: frames from out.vtk_frame on, of a run that was killed, are
-// removed, and the series end before them
+// out_vtk_continue : for a continued run: removes frames from out.vtk_frame on, of a run that was killed,
+// also from the series
 void out_vtk_continue(const Output& out);
 void out_dat(const Model& m, const Elements& el, const State& s, Output& out);
 
@@ -254,19 +255,19 @@ void out_check_begin(const Model& m, Output& out);
 void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out);
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out);
 
-// out_erosion : JOB.ero, lines of the elements that broke since the last call; an increment that is undone
-// takes its lines back
+// out_erosion : JOB.ero, lines of the elements broken since the last call; they are removed
+// if the increment is undone
 void out_erosion(const Model& m, const State& s, Output& out);
 void out_erosion_undo(Output& out);
 
 
-// out_fragments : JOB.frag, one line a fragment, debris first; last: the end of the run, with the listing
+// out_fragments : JOB.frag, one line per fragment, debris first; last: end of the run, also in the listing
 void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out);
 
-// ---- how far the run is (out_status.cpp, out_progress.cpp) --------------------------
+// ---- progress of the run (out_status.cpp, out_progress.cpp) -------------------------
 
-// JOB.sta: out_status_open (goes_on: after what is there already), a row for the accepted state at t(n), one
-// for an attempt that is cut, and the end with the exit code
+// JOB.sta: out_status_open (goes_on: append to the existing file), a row for the accepted state at t(n), a
+// row for an attempt that is cut, and the end with the exit code
 void out_status_open(const Model& m, bool goes_on, Output& out);
 void out_status_row(const Model& m, const State& s, Output& out);
 void out_status_cut(const State& s, double dt, Output& out);
@@ -280,6 +281,6 @@ int out_status(const std::string& job, std::FILE* file);
 void out_progress(const Model& m, const State& s, Output& out);
 void out_progress_clear(Output& out);
 std::string out_clock_text(double seconds);
-double out_whole_time(const Model& m);             // of all steps
+double out_whole_time(const Model& m);             // of all steps; 0: a RIKS step ends when it will
 
 #endif

@@ -25,7 +25,7 @@ bool is_other(const fs::path& a, const fs::path& b)
   return !fs::equivalent(a, b, error);
 }
 
-// text without a tail of _ and digits behind the letters of `word`: "JOB_000123" with "" is "JOB"
+// text without a trailing _ and digits after the letters of `word`: "JOB_000123" with "" is "JOB"
 std::string without_number(const std::string& text, const std::string& word)
 {
   std::size_t k = text.size();
@@ -36,8 +36,8 @@ std::string without_number(const std::string& text, const std::string& word)
   return text.compare(before.size(), head.size(), head) == 0 ? before : text;
 }
 
-// the table that has at least so many bytes beside the restart file: under its name, under that name without
-// the number of the increment, or under the name of the deck. Empty: there is none
+// a table of sufficient length in the folder of the restart file: with its name, with that name without the
+// number of the increment, or with the name of the deck. Empty: none
 std::string table_beside(const Model& m, const Output& out, const std::string& ending, long length)
 {
   const fs::path folder = folder_of(out.from);
@@ -113,7 +113,7 @@ void branch_table(const Model& m, const Output& out, const char* ending, long le
 
 void branch_frames(const Model& m, Output& out)
 {
-  if (!m.vtk.on) return;
+  if (!m.output.vtk.on) return;
   const fs::path here = folder_of(out.base), there = folder_of(out.from);
   std::set<std::string> frames;
   for (const VtkSeries& s : out.series)

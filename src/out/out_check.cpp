@@ -56,7 +56,8 @@ void judge(CheckResult& r, double value)
   if (!std::isfinite(value)) r.message = "not a number";
 }
 
-// stress and strain of an element where they are best: mean of the Gauss points, at their mean place
+// stress and strain of an element where they are most accurate: mean of the Gauss points,
+// at their mean position
 void add_centre(const Model& m, const Elements& el, const State& s, const Check& c, const Quantity& q, int e,
                 Norm& norm)
 {
@@ -99,7 +100,7 @@ void add_points(const Model& m, const State& s, const Check& c, const Quantity& 
   for (int p = 0; p < pts.npoint; ++p) {
     if (!point_counts(m, pts, p)) continue;
     double X[3], value;
-    point_place(pts, m.dim, p, X);
+    point_centre(pts, m.dim, p, X);
     if (quantity_is_place(q)) {
       value = point_nodal_at(m, pts, s.n, q, p, pts.w(p));
     } else {
@@ -143,7 +144,7 @@ void print_table(std::FILE* file, const std::vector<CheckResult>& result)
 
 }  // namespace
 
-// out_check_due : a FIELD check with a time is made by the first increment that reaches this time
+// out_check_due : a FIELD check with a time is evaluated in the first increment that reaches this time
 bool out_check_due(const Check& c, const CheckResult& r, double time)
 {
   return c.kind == CHECK_FIELD && c.at == AT_TIME && !r.done && time >= c.time - 1e-9 * std::fabs(c.time);
@@ -154,7 +155,7 @@ bool out_check_due(const Check& c, const CheckResult& r, double time)
 //
 //   sqrt(sum V0 (q - exact)^2) / sqrt(sum V0 exact^2), or / (SCALE sqrt(sum V0))
 //
-//   returns NaN and a message when there is nothing to compare with
+//   returns NaN and a message if there is nothing to compare with
 // ---------------------------------------------------------------------------
 double out_check_field(const Model& m, const Elements& el, const State& s, const Check& c,
                        std::string& message)
@@ -181,7 +182,7 @@ double out_check_field(const Model& m, const Elements& el, const State& s, const
 // ---------------------------------------------------------------------------
 // out_check_history : one value of a column against its target
 //
-//   in   finished  the run reached its end; without it only checks at a time reached can pass
+//   in   finished  the run reached its end; otherwise only checks at a time reached can pass
 // ---------------------------------------------------------------------------
 void out_check_history(const History& h, const Check& c, bool finished, CheckResult& r)
 {
@@ -199,7 +200,7 @@ void out_check_history(const History& h, const Check& c, bool finished, CheckRes
 
 void out_check_begin(const Model& m, Output& out)
 {
-  for (const Check& c : m.check) {
+  for (const Check& c : m.output.check) {
     CheckResult r;
     r.name      = check_name(c);
     r.source    = c.source;
@@ -211,28 +212,29 @@ void out_check_begin(const Model& m, Output& out)
 
 void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out)
 {
-  for (std::size_t i = 0; i < m.check.size(); ++i)
-    if (out_check_due(m.check[i], out.result[i], s.n.time)) {
-      std::string message;
-      judge(out.result[i], out_check_field(m, el, s, m.check[i], message));
-      if (message.empty() && std::fabs(s.n.time - m.check[i].time) > 1e-6 * std::fabs(m.check[i].time)) {
-        char text[60];
-        std::snprintf(text, sizeof text, "made at time %.9g", s.n.time);
-        message = text;
-      }
-      if (!message.empty()) out.result[i].message = message;
+  for (std::size_t i = 0; i < m.output.check.size(); ++i) {
+    const Check& c = m.output.check[i];
+    if (!out_check_due(c, out.result[i], s.n.time)) continue;
+    std::string message;
+    judge(out.result[i], out_check_field(m, el, s, c, message));
+    if (message.empty() && std::fabs(s.n.time - c.time) > 1e-6 * std::fabs(c.time)) {
+      char text[60];
+      std::snprintf(text, sizeof text, "made at time %.9g", s.n.time);
+      message = text;
     }
+    if (!message.empty()) out.result[i].message = message;
+  }
 }
 
 // ---------------------------------------------------------------------------
-// out_check_end : the checks that wait for the end; JOB.chk, the listing and stdout get the table. The number
-// of those that failed is the same on all ranks
+// out_check_end : checks at the end; writes the table to JOB.chk, the listing and stdout. Returns the number
+// of failed checks, equal on all ranks
 // ---------------------------------------------------------------------------
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out)
 {
   int failed = 0;
-  for (std::size_t i = 0; i < m.check.size(); ++i) {
-    const Check& c = m.check[i];
+  for (std::size_t i = 0; i < m.output.check.size(); ++i) {
+    const Check& c = m.output.check[i];
     CheckResult& r = out.result[i];
     if (c.kind == CHECK_HISTORY) {
       out_check_history(out.history, c, finished, r);
@@ -249,7 +251,7 @@ int out_check_end(const Model& m, const Elements& el, const State& s, bool finis
   }
   print_table(out.chk, out.result);
   out_file_close(out.chk, out.base + ".chk");
-  if (m.check.empty()) return 0;
+  if (m.output.check.empty()) return 0;
   std::fprintf(out.lst, "\nCHECKS\n");
   print_table(out.lst, out.result);
   if (comm_rank() == 0) print_table(stdout, out.result);

@@ -1,5 +1,5 @@
-// Tables of *NODE PRINT and *EL PRINT, laid out as the .dat files of CalculiX. The rows of a divided model
-// come to rank 0, which puts them in the order of the deck's mesh again.
+// Tables of *NODE PRINT and *EL PRINT, in the format of the .dat files of CalculiX. Rows of a divided model
+// are gathered on rank 0, in the order of the mesh of the deck.
 #include <algorithm>
 #include <cmath>
 
@@ -32,7 +32,7 @@ struct Row {                   // of a node or a Gauss point
   double v[6];
 };
 
-// those of all ranks, on rank 0, in the order of the deck; of one rank they have it
+// gathers the rows of all ranks on rank 0, in the order of the deck; on one rank they already have it
 void gather_rows(const Model& m, std::vector<Row>& rows)
 {
   if (!m.part.on) return;
@@ -58,7 +58,7 @@ void node_table(std::FILE* file, const char* what, const Model& m, const RealVec
     std::fprintf(file, "%10d%14.6E%14.6E%14.6E\n", r.label, r.v[0], r.v[1], r.v[2]);
 }
 
-// components along the directions that nodes have (*TRANSFORM), as CalculiX prints them
+// components in the nodal coordinate systems (*TRANSFORM), as CalculiX prints them
 RealVec local_field(const Model& m, const RealVec& field)
 {
   RealVec out = field;
@@ -140,7 +140,7 @@ void el_print(std::FILE* file, const Model& m, const Elements& el, const State& 
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// out_dat : prints what the current step asks for, every n-th increment and at the end of the step
+// out_dat : prints the requests of the current step, every n-th increment and at the end of the step
 // ---------------------------------------------------------------------------
 void out_dat(const Model& m, const Elements& el, const State& s, Output& out)
 {

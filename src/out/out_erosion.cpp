@@ -4,7 +4,8 @@
 // ---------------------------------------------------------------------------
 // out_erosion : JOB.ero, one line for each element that broke since the last call
 //
-// In statics it is called after each equilibrium of an increment, so that a long increment tells what breaks.
+// In statics it is called after each equilibrium of an increment, so that progress is visible
+// in a long increment.
 // ---------------------------------------------------------------------------
 void out_erosion(const Model& m, const State& s, Output& out)
 {
@@ -35,7 +36,7 @@ void out_erosion(const Model& m, const State& s, Output& out)
 }
 
 // ---------------------------------------------------------------------------
-// out_erosion_undo : the lines of an increment that is undone leave JOB.ero
+// out_erosion_undo : removes the lines of an increment that is undone from JOB.ero
 // ---------------------------------------------------------------------------
 void out_erosion_undo(Output& out)
 {
@@ -46,9 +47,8 @@ void out_erosion_undo(Output& out)
 }
 
 // ---------------------------------------------------------------------------
-// out_unfinished : what broke in an increment that a signal ends: JOB.unfinished.ero and frames
-// JOB.unfinished_*, with the state as it is, not yet in equilibrium with its criterion. Returns a line that
-// says so.
+// out_unfinished : elements broken in an increment ended by a signal: JOB.unfinished.ero and frames
+// JOB.unfinished_*, with the present state, whose fracture is not yet in equilibrium. Returns a message.
 // ---------------------------------------------------------------------------
 std::string out_unfinished(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
                            const Output& out)
@@ -58,8 +58,8 @@ std::string out_unfinished(const Model& m, const Elements& el, const State& s, c
   apart.base = out.base + ".unfinished";
   out_erosion(m, s, apart);
   if (apart.ero) out_file_close(apart.ero, apart.base + ".ero");
-  if (m.vtk.on) out_vtk(m, el, s, grid, apart);
+  if (m.output.vtk.on) out_vtk(m, el, s, grid, apart);
   return std::to_string(s.eroded.size()) + " elements broke in an increment that had not ended: " +
-         apart.base + ".ero" + (m.vtk.on ? " and frames of this name" : "") +
+         apart.base + ".ero" + (m.output.vtk.on ? " and frames of this name" : "") +
          ", not yet in equilibrium; a run that goes on breaks them again";
 }

@@ -45,7 +45,7 @@ void out_file_sync(std::FILE* file, const std::string& path)
 {
   out_file_flush(file, path);
   errno = 0;
-  // EINVAL: no file of a disk
+  // EINVAL: not a file on a disk
   if (fsync(fileno(file)) != 0 && errno != EINVAL) stop(path, "write", errno);
 }
 

@@ -59,12 +59,11 @@ bool due(const FragmentsDef& d, const State& s, Output& out)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// out_fragments : the pieces at t(n) into JOB.frag when it is time, and at the end of the run into the
-// listing
+// out_fragments : writes the fragments at t(n) to JOB.frag when due, and at the end of the run to the listing
 // ---------------------------------------------------------------------------
 void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out)
 {
-  if (!m.fragments.on || !(last || due(m.fragments, s, out))) return;
+  if (!m.output.fragments.on || !(last || due(m.output.fragments, s, out))) return;
   Fragments f;
   frac_fragments(m, el, s, f);
   if (!out.frag) {

@@ -10,7 +10,7 @@ namespace {
 const double no_value = std::numeric_limits<double>::quiet_NaN();
 const double infinite     = std::numeric_limits<double>::infinity();
 
-struct Sample {                // values and weights that one column reads
+struct Sample {                // values and weights of one column
   RealVec value, weight;
   void add(double v, double w)
   {
@@ -19,7 +19,7 @@ struct Sample {                // values and weights that one column reads
   }
 };
 
-struct Gathered {              // what a column needs of its sample; of several ranks it is put together
+struct Gathered {              // sums of the sample of a column, over the ranks
   double count = 0, sum = 0, total = 0;          // total: of the weights
   double hi = -infinite, lo = infinite;
 };
@@ -39,7 +39,7 @@ Gathered gather(const Sample& s)
   return g;
 }
 
-// of all columns at once
+// for all columns together
 void gather_ranks(const Model& m, std::vector<Gathered>& of)
 {
   RealVec sum, most;
@@ -94,7 +94,7 @@ void points_of_body(const Model& m, const Points& pts, int body, IntVec& list)
     if (pts.body[p] == body && point_counts(m, pts, p)) list.push_back(p);
 }
 
-// elements of a set, and the points that some of them have become
+// elements of a set, and the points of converted ones
 void read_elset(const Elements& el, const Points& pts, const IntVec& set, Probe& probe)
 {
   IntVec in(el.block_of.size(), 0);
@@ -106,7 +106,7 @@ void read_elset(const Elements& el, const Points& pts, const IntVec& set, Probe&
     if (pts.parent[p] >= 0 && in[pts.parent[p]]) probe.point.push_back(p);
 }
 
-// nodes of a set, without those whose last element has become points and no corner of a point goes on for
+// nodes of a set, without nodes that lost their last element and are not replaced by a corner
 void read_nset(const Model& m, const State& s, const IntVec& set, Probe& probe)
 {
   IntVec follow;
@@ -115,7 +115,7 @@ void read_nset(const Model& m, const State& s, const IntVec& set, Probe& probe)
     if (m.part.counts(n) && (follow.empty() || follow[n] != FOLLOW_NONE)) probe.node.push_back(n);
 }
 
-// nodes, elements and points that a column reads now; again after elements have become points
+// nodes, elements and points that a column reads at present; updated after conversions
 void find_targets(const Model& m, const Elements& el, const State& s, const HistoryDef& d, Probe& probe)
 {
   probe.node.clear();
@@ -140,7 +140,7 @@ Targets targets_of(const Model& m, const Probe& p)
   return {any[0] > 0.0, any[1] > 0.0, any[2] > 0.0, any[3] > 0.0, any[4] > 0.0};
 }
 
-// what a column reads; returns 1 and says why when that is nothing
+// finds the items of a column; returns 1, with a message, if there are none
 int make_probe(const Model& m, const Elements& el, const State& s, const HistoryDef& d, Probe& probe)
 {
   probe.q      = quantity_find(d.what);
@@ -201,7 +201,7 @@ void sample_point(const Model& m, const State& s, const Quantity& q, int p, cons
   sample.add(q.point(f, q.comp), s.points.V0[p]);
 }
 
-// the place of t = 0 may lie on a common edge: the mean over its owners
+// the position at t = 0 may lie on a common edge: mean over the elements or points there
 void sample_place(const Model& m, const Elements& el, const State& s, const Probe& probe, Sample& sample)
 {
   const double* N = probe.at.N.data();
@@ -216,7 +216,7 @@ void sample_place(const Model& m, const Elements& el, const State& s, const Prob
     sample_point(m, s, *probe.q, probe.at.point[i], N + MAX_NODES * i, sample);
 }
 
-// a sample of nodes or points that the column is made of, or a number of the state
+// the sample of nodes or points of a column, or a number of the state
 bool is_sampled(const Probe& probe)
 {
   return probe.q->where != OF_MODEL && probe.q->where != OF_CONTACT && probe.q->where != OF_GRID;
@@ -278,13 +278,13 @@ bool history_at(const History& h, int column, double time, double& value)
 }
 
 // ---------------------------------------------------------------------------
-// history_setup : columns and what they read;  history_open : the file and its header line
+// history_setup : columns and their items;  history_open : the file and its header line
 // ---------------------------------------------------------------------------
 int history_setup(const Model& m, const Elements& el, const State& s, Output& out)
 {
   int errors = 0;
   built_in_names(m.dim, out.history.names);
-  for (const HistoryDef& d : m.history) {
+  for (const HistoryDef& d : m.output.history) {
     Probe probe;
     errors += make_probe(m, el, s, d, probe);
     out.probe.push_back(probe);
@@ -302,11 +302,11 @@ void history_open(Output& out)
   std::fputc('\n', out.his);
 }
 
-// explicit steps make rows for the file alone
+// explicit steps produce rows for the file only
 bool history_shown(const Model& m, const History& h, int row)
 {
   const int step = static_cast<int>(h.rows[row][1]);
-  return (step > 0 && m.step[step - 1].explicit_steps()) || row % m.history_out.every() == 0;
+  return (step > 0 && m.step[step - 1].explicit_steps()) || row % m.output.history_at.every() == 0;
 }
 
 void history_write(const Output& out, int row)
@@ -321,13 +321,14 @@ void history_write(const Output& out, int row)
 }
 
 // ---------------------------------------------------------------------------
-// history_row : evaluates every column at t(n); the file takes every n-th row and the last one
+// history_row : evaluates every column at t(n); every n-th row and the last one are written to the file
 // ---------------------------------------------------------------------------
 void history_row(const Model& m, const Elements& el, const State& s, Output& out)
 {
   RealVec row;
   if (out.converted != s.frac.nconverted) {
-    for (std::size_t i = 0; i < out.probe.size(); ++i) find_targets(m, el, s, m.history[i], out.probe[i]);
+    for (std::size_t i = 0; i < out.probe.size(); ++i)
+      find_targets(m, el, s, m.output.history[i], out.probe[i]);
     out.converted = s.frac.nconverted;
   }
   built_in_values(s, m.dim, row);

@@ -44,7 +44,7 @@ const char* mode_text()
 #endif
 }
 
-// 0 stands for the default in the deck's numbers
+// 0 means the default in numbers of the deck
 std::string or_default(double value, const char* meaning)
 {
   char text[80];
@@ -89,7 +89,7 @@ void step_defaults(std::FILE* file, const Model& m, int i)
 
 double phase_wall(Phase p) { return timer_phase(p).wall; }
 
-struct NamedBytes {            // what travels between ranks
+struct NamedBytes {            // sent between ranks
   char what[40];
   double bytes;
 };
@@ -102,7 +102,7 @@ NamedBytes named_bytes(const char* what, double bytes)
   return u;
 }
 
-// what the ranks use for the same, put together on rank 0, in the order in which it is first met
+// memory of all ranks by purpose, summed on rank 0, in the order of first occurrence
 void add_ranks(std::vector<NamedBytes>& use)
 {
   std::vector<NamedBytes> sum;
@@ -134,9 +134,9 @@ const char* out_status_text(Status status)
     case HALF_RESIDUAL:   return "the half-increment residual is too large";
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
     case FACES_UNKNOWN:   return "contact faces owned by other ranks have come within search range";
-    case DIVISION_FAILED: return "bodies that different ranks know come near each other, and the model "
-                                 "cannot be divided again: put the deck back as it was when the run "
-                                 "began, or free space for temporary files, and begin, or go on from a "
+    case DIVISION_FAILED: return "bodies of different ranks approach each other, and the model cannot be "
+                                 "divided again: restore the deck as it was at the start of the run, or "
+                                 "free space for temporary files, then start again or continue from a "
                                  "restart file";
     case INTERRUPTED:     return "a signal ended the run";
   }
@@ -144,7 +144,7 @@ const char* out_status_text(Status status)
 }
 
 // ---------------------------------------------------------------------------
-// out_listing_open : JOB.lst with its header; from now on messages go there too
+// out_listing_open : JOB.lst with its header; from now on messages are also written there
 // ---------------------------------------------------------------------------
 void out_listing_open(const Model& m, Output& out, bool goes_on)
 {
@@ -157,7 +157,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
   utsname machine;
   uname(&machine);
   std::fprintf(out.lst, "mpfe %s   implicit material points and finite elements\n\n", MPFE_VERSION);
-  if (!m.heading.empty()) std::fprintf(out.lst, "%s\n\n", m.heading.c_str());
+  if (!m.notes.heading.empty()) std::fprintf(out.lst, "%s\n\n", m.notes.heading.c_str());
   std::fprintf(out.lst, "  job             %s\n  deck            %s\n  date            %s\n", m.job.c_str(),
                m.deck.c_str(), date_text().c_str());
   std::fprintf(out.lst, "  machine         %s %s, %ld processors\n", machine.sysname, machine.machine,
@@ -174,7 +174,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
     std::fprintf(out.lst, "  parameter       %s = %.15g\n", p.first.c_str(), p.second);
 }
 
-// out_listing_defaults : what the program uses where the deck is silent
+// out_listing_defaults : defaults for everything that the deck does not specify
 void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 {
   std::fprintf(file, "\nSETTINGS (also those the deck leaves to the program)\n");
@@ -207,20 +207,21 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                                                  : std::to_string(d.intermediate).c_str(),
                  d.augment, d.normal_only ? "one direction" : "all directions");
   }
-  std::fprintf(file, "  history         every %d increments\n", m.history_out.every());
-  if (m.vtk.on)
+  std::fprintf(file, "  history         every %d increments\n", m.output.history_at.every());
+  if (m.output.vtk.on)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n",
                  m.part.on     ? ".pvtu and a .vtu of each rank, since the model is divided"
-                 : m.vtk.xml   ? ".vtu"
-                 : m.vtk.ascii ? "text"
+                 : m.output.vtk.xml   ? ".vtu"
+                 : m.output.vtk.ascii ? "text"
                                : "binary",
-                 or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
-                 or_default(m.vtk.interval, "-").c_str());
-  if (m.restart.write)
+                 or_default(m.output.vtk.frequency, m.output.vtk.interval > 0.0 ? "-" : "1").c_str(),
+                 or_default(m.output.vtk.interval, "-").c_str());
+  const RestartDef& r = m.output.restart;
+  if (r.write)
     std::fprintf(file,
                  "  restart         every %s increments, time interval %s, at the end of each step; %s\n",
-                 or_default(m.restart.frequency, "-").c_str(), or_default(m.restart.interval, "-").c_str(),
-                 m.restart.overlay ? "the last file stays" : "all files stay");
+                 or_default(r.frequency, "-").c_str(), or_default(r.interval, "-").c_str(),
+                 r.overlay ? "the last file stays" : "all files stay");
 }
 
 void out_step_begin(const Model& m, int step, Output& out)
@@ -319,7 +320,7 @@ void out_listing_phases(std::FILE* file)
   std::fprintf(file, "\nTIME\n  %-20s %10s %12s %12s %8s\n", "phase", "calls", "wall s", "cpu s", "share");
   for (int p = 0; p < PHASES; ++p) {
     const PhaseTime& t = timer_phase(static_cast<Phase>(p));
-    if (t.calls == 0 || p == PHASE_ESTIMATE) continue;     // which is a part of fracture, and counted alone
+    if (t.calls == 0 || p == PHASE_ESTIMATE) continue;     // part of fracture, counted separately
     std::fprintf(file, "  %-20s %10ld %12.4f %12.4f %6.1f %%\n", phase_name[p], t.calls, t.wall, t.cpu,
                  100.0 * t.wall / total);
     wall += t.wall;
@@ -339,7 +340,7 @@ const char* const path_name[PATHS] = {"factorisation",
                                       "CG, algebraic multigrid"};
 
 // ---------------------------------------------------------------------------
-// out_listing_solver : work of the linear solver, and what a Newton iteration costs beside it
+// out_listing_solver : work of the linear solver, and the other cost of a Newton iteration
 // ---------------------------------------------------------------------------
 void out_listing_solver(std::FILE* file, const Solver& s)
 {
@@ -381,8 +382,7 @@ void out_listing_solver(std::FILE* file, const Solver& s)
 }
 
 // ---------------------------------------------------------------------------
-// out_listing_skipped : what the scene did not need: how often a phase was done, how often it was looked at
-// and skipped, and why
+// out_listing_skipped : phases that were not needed: how often each was done, or checked and skipped, and why
 // ---------------------------------------------------------------------------
 void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
 {
@@ -392,18 +392,18 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
   };
   const Line lines[] = {
     {PHASE_GRID, "active grid", "no material points, or it moves with them"},
-    {PHASE_PROJECT, "projection", "no material points, or the grid goes on as it was"},
+    {PHASE_PROJECT, "projection", "no material points, or the grid is unchanged"},
     {PHASE_BOND, "bonds", "there are none"},
     {PHASE_CONTACT, "contact search", "no contact"},
     {PHASE_PATTERN, "pattern", "no list has changed"},
     {PHASE_MASS, "mass", "statics, or nothing has changed"},
-    {PHASE_TANGENT, "tangent", "linear, or the one before is near enough"},
-    {PHASE_ANALYSIS, "analysis", "the pattern stays, or conjugate gradients"},
+    {PHASE_TANGENT, "tangent", "linear, or the previous one is close enough"},
+    {PHASE_ANALYSIS, "analysis", "the pattern is unchanged, or conjugate gradients"},
     {PHASE_FACTOR, "factorisation", "earlier factors, or conjugate gradients"},
-    {PHASE_PRECOND, "preconditioner", "the incomplete factor of an earlier matrix serves"},
+    {PHASE_PRECOND, "preconditioner", "the incomplete factor of an earlier matrix is reused"},
     {PHASE_FRACTURE, "test of fracture", "nothing can break, or not due"},
     {PHASE_ESTIMATE, "estimates of fracture", "the threshold is out of reach (elements)"},
-    {PHASE_OUTPUT, "VTK frame", m.vtk.on ? "not due" : "not asked for"},
+    {PHASE_OUTPUT, "VTK frame", m.output.vtk.on ? "not due" : "not requested"},
   };
   std::fprintf(file, "\nSKIPPED\n  %-22s %10s %12s   %s\n", "what", "done", "skipped", "because");
   for (const Line& l : lines) {
@@ -419,8 +419,8 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
 }
 
 // ---------------------------------------------------------------------------
-// out_listing_memory : what lives through the run, in MB and in bytes an equation; of a divided model that of
-// all ranks
+// out_listing_memory : permanent memory of the run, in MB and in bytes per equation;
+// of all ranks of a divided model
 // ---------------------------------------------------------------------------
 void out_listing_memory(std::FILE* file, const Model& m, const std::vector<MemoryUse>& use, int equations)
 {
@@ -446,7 +446,7 @@ double out_memory()
   return static_cast<double>(use.ru_maxrss) / 1024.0;
 }
 
-// out_listing_ranks : load balance, and what each rank holds; nothing on one rank
+// out_listing_ranks : load balance, and contents of each rank; nothing on one rank
 void out_listing_ranks(std::FILE* file, const std::vector<RankLoad>& ranks)
 {
   if (ranks.empty()) return;

@@ -39,7 +39,7 @@ void search_points(const Model& m, const Points& pts, const double x[3], Located
 
 // ---------------------------------------------------------------------------
 // out_locate : every element, or else every point, whose domain at t = 0 contains x.
-// On a common edge there are several, of a divided model on several ranks; their mean is taken later.
+// On a common edge there are several, in a divided model on several ranks; the caller takes their mean.
 // ---------------------------------------------------------------------------
 Located out_locate(const Model& m, const Elements& el, const Points& pts, const double x[3])
 {

@@ -11,10 +11,10 @@ namespace {
 
 const double LINE_PAUSE = 1.0; // seconds between two lines
 
-// what has broken, and where the crack is
+// number of broken elements, and position of the crack tip
 std::string crack_text(const Model& m, const State& s, const Output& out)
 {
-  if (s.frac.neroded == 0 || out.tip.elem < 0) return "";      // a run that goes on: nothing has broken since
+  if (s.frac.neroded == 0 || out.tip.elem < 0) return "";      // a continued run: nothing has broken since
   char text[120];
   const double* x = out.tip.X;
   const int n = std::snprintf(text, sizeof text, "  tip (%.4g, %.4g", x[0], x[1]);
@@ -42,7 +42,10 @@ std::string counts_text(const State& s)
 double out_whole_time(const Model& m)
 {
   double sum = 0.0;
-  for (const Step& s : m.step) sum += s.period;
+  for (const Step& s : m.step) {
+    if (s.arc.on) return 0.0;
+    sum += s.period;
+  }
   return sum;
 }
 
@@ -57,7 +60,7 @@ std::string out_clock_text(double seconds)
 }
 
 // ---------------------------------------------------------------------------
-// out_progress : one line a second on the terminal, written over the last one
+// out_progress : one line per second on the terminal, overwriting the last one
 // ---------------------------------------------------------------------------
 void out_progress(const Model& m, const State& s, Output& out)
 {
@@ -65,12 +68,13 @@ void out_progress(const Model& m, const State& s, Output& out)
   const double now = timer_wall();
   if (now - out.progress_last < LINE_PAUSE) return;
   out.progress_last = now;
-  const double part = std::min(1.0, s.n.time / std::max(out_whole_time(m), 1e-300));
-  const double done = part - out.progress_from / std::max(out_whole_time(m), 1e-300);
+  const double whole = out_whole_time(m), part = whole > 0.0 ? std::min(1.0, s.n.time / whole) : 0.0;
+  const double done = whole > 0.0 ? part - out.progress_from / whole : 0.0;
   const double rest = done > 0.0 ? (now - out.progress_wall) * (1.0 - part) / done : 0.0;
-  char head[200];
-  std::snprintf(head, sizeof head, "step %d/%zu  increment %d  time %.5g (%.0f %%)  dt %.3g", s.log.step,
-                m.step.size(), s.log.inc, s.n.time, 100.0 * part, s.log.dt);
+  char head[200], percent[20] = "";
+  if (whole > 0.0) std::snprintf(percent, sizeof percent, " (%.0f %%)", 100.0 * part);
+  std::snprintf(head, sizeof head, "step %d/%zu  increment %d  time %.5g%s  dt %.3g", s.log.step,
+                m.step.size(), s.log.inc, s.n.time, percent, s.log.dt);
   std::string line = m.job + "  " + head + counts_text(s);
   if (done > 0.0) line += "  about " + out_clock_text(rest) + " left";
   line += crack_text(m, s, out);

@@ -4,9 +4,9 @@
 #include "out/out.h"
 
 // ---------------------------------------------------------------------------
-// elem_nodal_at : displacement, velocity, acceleration or place inside an element
+// elem_nodal_at : displacement, velocity, acceleration or position inside an element
 //
-//   in   N      shape functions at the place   [nen]
+//   in   N      shape functions there          [nen]
 // ---------------------------------------------------------------------------
 double elem_nodal_at(const Model& m, const Level& level, const Quantity& q, int e, const double* N)
 {

@@ -32,7 +32,7 @@ static void io(Archive& f, CheckResult& x)
   io_all(f, done, pass, name, source, message, value, target, difference, tolerance);
 }
 
-// what the output must remember; JOB.his is written again from its rows
+// state of the output; JOB.his is written again from its rows
 static void io(Archive& f, Output& x)
 {
   io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc,
@@ -42,9 +42,9 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 31;                     // of the content; changes with every change of a struct in it
+const int format = 32;                     // of the content; changes with every change of a struct in it
 
-struct FileHead {                 // in front of the content
+struct FileHead {                 // precedes the content
   char magic[8];
   std::uint64_t size = 0;      // of the content
   std::uint64_t hash = 0;      // of the content
@@ -64,11 +64,11 @@ void io(Archive& f, Origin& x)
   io_all(f, number, version, deck);
 }
 
-struct Lengths {               // of the files that go on, -1: there is none yet
+struct Lengths {               // of the files that are continued, -1: does not exist yet
   long dat = -1, ero = -1, frag = -1;
 };
 
-// Output::near as numbers, 11 of each face
+// Output::near as numbers, 11 per face
 RealVec numbers_of(const std::vector<NearFace>& near)
 {
   RealVec x;
@@ -104,7 +104,7 @@ void io_content(Archive& f, Lengths& length, State& s, ActiveGrid& grid, Output&
 
 // ---- writing -------------------------------------------------------------------
 
-// a file that is whole under another name takes its own, and the folder knows it
+// renames a complete file to its final name, and syncs the folder
 void rename_file(const std::string& fresh, const std::string& path)
 {
   if (std::rename(fresh.c_str(), path.c_str()) != 0)
@@ -159,7 +159,7 @@ void copy_file(const std::string& from, const std::string& path)
   else log_warn("%s cannot be read any more: %s", from.c_str(), std::strerror(errno));
 }
 
-// what the rank of a divided model has of the deck's mesh, and of points
+// items of the mesh of the deck, and points, on this rank of a divided model
 //   out  part   [ARCHIVE_KINDS]
 void find_parts(const Model& m, const Points& pts, std::vector<ArchivePart>& part)
 {
@@ -200,7 +200,7 @@ void find_parts(const Model& m, const Points& pts, std::vector<ArchivePart>& par
   for (int c = 0; c < pts.hang.size(); ++c) part[PER_HANG].units.push_back(pts.hang.count(c));
 }
 
-// the cells of the grid; divided model: on rank 0 those of all ranks
+// the cells of the grid; divided model: of all ranks, on rank 0
 ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
 {
   ActiveGrid all;
@@ -215,7 +215,7 @@ ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
   return all;
 }
 
-// calls write(cells of the grid) with a state and arrays of f that are those of one rank
+// calls write(cells of the grid) with state and arrays of f as on one rank
 template <class Write>
 void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, Write write)
 {
@@ -248,7 +248,7 @@ long length_of(std::FILE* file, const std::string& path)
 
 bool restart_due(const Model& m, const State& s, Output& out)
 {
-  const RestartDef& r = m.restart;
+  const RestartDef& r = m.output.restart;
   bool due = clock_over(m.step[s.log.step - 1], s.clock);       // the end of a step
   if (r.frequency > 0) due = due || s.log.inc_total % r.frequency == 0;
   return out_interval(r.interval, s.n.time, out.restart_next) || due;
@@ -262,7 +262,7 @@ bool refuse(const std::string& path, const std::string& why)
   return false;
 }
 
-// rank 0: a file that is whole and undamaged; f: it, at the begin of its content
+// rank 0: is the file complete and undamaged? f: opened at the start of its content
 bool open_file(const std::string& path, Archive& f)
 {
   f.file = std::fopen(path.c_str(), "rb");
@@ -317,7 +317,7 @@ bool open_content(const Model& m, const std::string& path, Archive& f)
   return fits(path, m, origin);
 }
 
-// that of the first rank that has one, since a divided model has its state in parts. Collective
+// the fault of the first rank that has one, since the state of a divided model is distributed. Collective
 std::string first_fault(const char* here)
 {
   const std::vector<std::string> own(comm_size(), here ? here : "");
@@ -331,7 +331,7 @@ bool output_fits(const Model& m, const ActiveGrid& grid, const std::vector<std::
                  const Output& out)
 {
   const int rows = static_cast<int>(out.history.rows.size());
-  if (out.history.names != names || out.result.size() != m.check.size() || out.row_written < -1 ||
+  if (out.history.names != names || out.result.size() != m.output.check.size() || out.row_written < -1 ||
       out.row_written >= rows)
     return false;
   for (const RealVec& row : out.history.rows)
@@ -341,8 +341,8 @@ bool output_fits(const Model& m, const ActiveGrid& grid, const std::vector<std::
   return out.vtk_frame >= 0 && grid.ncell == static_cast<int>(grid.cell.size());
 }
 
-// calls read() with arrays of f in the parts of the ranks, of points in a window those whose elements are
-// known here; begin: points at t = 0. False: the file has another content. Collective.
+// calls read() with arrays of f in the parts of the ranks; points of elements are read if the element is
+// stored on this rank; begin: points at t = 0. False: the file has another content. Collective.
 template <class Read>
 bool read_whole(const Model& m, const Points& begin, Archive& f, Read read)
 {
@@ -365,7 +365,7 @@ bool read_whole(const Model& m, const Points& begin, Archive& f, Read read)
   return comm_allreduce_max(static_cast<int>(!f.good || f.at != f.end())) == 0;
 }
 
-// has a model in the same pieces written the state? Collective
+// was the state written by a model with the same division? Collective
 bool same_pieces(const MeshPart& part, const Division& d)
 {
   bool same = part.on && d.pieces && d.ranks == comm_size() && d.elem.size() == part.elem.size();
@@ -374,7 +374,7 @@ bool same_pieces(const MeshPart& part, const Division& d)
   return comm_allreduce_max(static_cast<int>(!same)) == 0;
 }
 
-// who works on what was as it is now, and stays so; else it is found anew. Collective
+// keeps the owners, if the division is the same; otherwise they are found again. Collective
 void take_division(const Model& m, bool same, State& s)
 {
   if (!same) s.work = WorkShare();
@@ -386,8 +386,8 @@ void take_division(const Model& m, bool same, State& s)
   else point_find_common(m.part, d.point, s.points);
 }
 
-// the state that was read becomes that of this rank; returns what does not fit the model
-//   in   other   it is that of other pieces
+// converts the state read to this rank; returns a text on what does not fit the model
+//   in   other   it was written with another division
 std::string take_state(const Points& begin, bool other, Model& m, const FracMesh& fm, State& s,
                        ActiveGrid& grid)
 {
@@ -396,14 +396,14 @@ std::string take_state(const Points& begin, bool other, Model& m, const FracMesh
   if (good) take_division(m, same, s);
   const std::string fault = good ? first_fault(state_fault(m, begin, s)) : "material points or bonds";
   if (fault.empty() && !m.part.window && s.frac.nconverted > 0) point_surfaces(m, s.points);
-  if (m.part.on && comm_rank() > 0) {                // until it is made again, it is that of rank 0
+  if (m.part.on && comm_rank() > 0) {                // rank 0 has it until it is rebuilt
     grid.cell.clear();
     grid.ncell = 0;
   }
   return fault;
 }
 
-// files of out_unfinished, of which JOB.unfinished.ero is always one: what broke there breaks again
+// removes files of out_unfinished, if there is a JOB.unfinished.ero: these elements break again
 void remove_unfinished(const std::string& base)
 {
   namespace fs = std::filesystem;
@@ -422,14 +422,14 @@ void remove_unfinished(const std::string& base)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// out_restart : the state between two increments, and what the output remembers
+// out_restart : the state between two increments, and the state of the output
 //
-// JOB.rst is always the last one; without OVERLAY each is kept as JOB_000123.rst too. Of a divided model rank
-// 0 writes what all bring, as one rank would. doc/developer.md, Restart
+// JOB.rst is always the last one; without OVERLAY each is also kept as JOB_000123.rst. For a divided model
+// rank 0 writes the data of all ranks, as one rank would. doc/developer.md, Restart
 // ---------------------------------------------------------------------------
 void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Output& out)
 {
-  if (!m.restart.write) return;
+  if (!m.output.restart.write) return;
   const bool due = s.log.inc > 0 && restart_due(m, s, out);
   if (!(due || now) || out.restart_inc == s.log.inc_total) return;
   Timer timer(PHASE_OUTPUT);
@@ -440,7 +440,7 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   length.frag = length_of(out.frag, out.base + ".frag");
   Archive f;
   char tail[40] = "";
-  if (!m.restart.overlay) std::snprintf(tail, sizeof tail, "_%06d", s.log.inc_total);
+  if (!m.output.restart.overlay) std::snprintf(tail, sizeof tail, "_%06d", s.log.inc_total);
   const std::string path = out.base + tail + ".rst", fresh = path + ".new";
   begin_file(fresh, f);
   Origin origin;
@@ -453,7 +453,7 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
     io_content(f, length, s, cells, out);
   });
   end_file(fresh, path, f);
-  if (!m.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
+  if (!m.output.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
   log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.at));
 }
 
@@ -529,8 +529,8 @@ std::vector<NearFace> out_restart_near(const Model& m, const std::string& path)
 }
 
 // ---------------------------------------------------------------------------
-// out_reopen : columns are found with the state at t = 0, as at the start of the run; then all is as it was.
-// Rank 0 reads the file; a rank of a divided model gets its part of each array.
+// out_reopen : columns are set up with the state at t = 0, as at the start of the run; then everything is
+// restored. Rank 0 reads the file; a rank of a divided model gets its part of each array.
 // ---------------------------------------------------------------------------
 int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, State& s, ActiveGrid& grid,
                Output& out)
@@ -561,7 +561,7 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
     branch_table(m, out, "ero", length.ero, out.ero);
     branch_table(m, out, "frag", length.frag, out.frag);
     branch_frames(m, out);
-    if (m.vtk.on) out_vtk_continue(out);
+    if (m.output.vtk.on) out_vtk_continue(out);
   }
   history_open(out);
   for (int row = 0; row <= out.row_written; ++row)
@@ -600,7 +600,7 @@ void out_resume(Model& m, const Elements& el, const FracMesh& fm, Archive& f, St
 {
   out.probe.clear();
   out.history.names.clear();
-  out.converted = -1;                                // what columns read is found again
+  out.converted = -1;                                // items of columns are found again
   MPFE_CHECK(history_setup(m, el, s, out) == 0, "history set-up failed after the model was divided again");
   const Points begin = s.points;
   MPFE_CHECK(read_whole(m, begin, f, [&] { io_all(f, s, grid.ncell, grid.cell); }) &&

@@ -138,7 +138,7 @@ void print_grid(std::FILE* file, const Grid& g, int dim)
   std::fprintf(file, "\n");
 }
 
-// which mass a section has, where it is not the consistent one of smooth waves, and why
+// kind of mass of a section, if it is not the consistent mass for smooth waves, with the reason
 const char* mass_of(const Model& m, const Section& s)
 {
   if (!model_lumps(m)) return s.lumped ? ", lumped by name" : "";
@@ -165,7 +165,7 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
   }
 }
 
-// what an uncracked body of elements of the size h bears: by its strength, or by the mesh    (7.20), (2.34)
+// strength of an uncracked body of elements of size h: by its material, or by the mesh       (7.20), (2.34)
 void print_strength(std::FILE* file, const FractureDef& f, const Material& mat, Plane plane, double h)
 {
   const double E = mat.young, E1 = plane == PLANE_STRESS ? E : E / (1.0 - mat.poisson * mat.poisson);
@@ -182,7 +182,7 @@ void print_strength(std::FILE* file, const FractureDef& f, const Material& mat, 
   std::fprintf(file, "\n");
 }
 
-// plane strain or stress of the elements of a section, by the word of the deck
+// plane strain or stress of the elements of a section, as named in the deck
 Plane plane_of(const Model& m, std::size_t section)
 {
   for (int e = 0; e < m.mesh.nelem(); ++e)
@@ -283,14 +283,14 @@ void print_viscous(std::FILE* file, const Model& m, const Points& pts)
   }
 }
 
-// elements that a wave may cross in an increment before fracture is not resolved. With lumped masses the
-// number of broken elements is the same within its scatter up to 2.3 (doc/verification/fracture.md, MASS)
+// number of elements that a wave may cross in an increment for fracture to be resolved. With lumped masses
+// the number of broken elements is the same within its scatter up to 2.3 (doc/verification/fracture.md, MASS)
 const double MOST_CROSSED = 3.0;
-// the same with consistent masses: above it the number grows as the increment falls, below by 2 %
+// the same with consistent masses: above it the number grows as the increment decreases, below by 2 %
 // (fracture/increment.inp)
 const double CROSSED_CONSISTENT = 0.3;
 
-// Has something that may break, on any rank, a consistent mass?
+// Is there material with fracture and a consistent mass, on any rank?
 bool breaks_consistent(const Model& m)
 {
   double found = 0.0;
@@ -320,7 +320,8 @@ void warn_of_increment(const Model& m, std::size_t step, double crossed)
              step + 1, dt, crossed, dt / crossed);
 }
 
-// cells and elements that the fastest wave crosses in one step; with fracture a warning when it crosses many
+// cells and elements that the fastest wave crosses in one increment;
+// with fracture a warning if these are many
 void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, const Points& pts)
 {
   double c = 0.0;
@@ -355,7 +356,7 @@ void print_sets(std::FILE* file, const Model& m)
   print("node sets", m.nset, true);
   print("element sets", m.elset, false);
   std::string names;
-  for (const Surface& s : m.surface)                 // those of *DLOAD have no name
+  for (const Surface& s : m.surface)                 // surfaces of *DLOAD have no name
     if (!s.name.empty()) names += (names.empty() ? "" : ", ") + s.name;
   if (!names.empty()) std::fprintf(file, "  surfaces        %s\n", names.c_str());
 }
@@ -363,14 +364,15 @@ void print_sets(std::FILE* file, const Model& m)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// out_model_summary : what the deck became: counts, boxes, volumes, masses, wave speeds, penalties
+// out_model_summary : summary of the model: counts, boxes, volumes, masses, wave speeds, penalties
 // ---------------------------------------------------------------------------
 void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts,
                        const Bonds& bonds)
 {
   std::FILE* nowhere = file ? nullptr : out_file_open("/dev/null");
   if (!file) file = nowhere;
-  std::fprintf(file, "\nMODEL  %d dimensions, %zu steps, %zu checks\n", m.dim, m.step.size(), m.check.size());
+  std::fprintf(file, "\nMODEL  %d dimensions, %zu steps, %zu checks\n", m.dim, m.step.size(),
+               m.output.check.size());
   print_mesh(file, m, el);
   print_grid(file, m.grid, m.dim);
   print_materials(file, m);

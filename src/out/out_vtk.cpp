@@ -10,9 +10,9 @@ namespace {
 
 const char* const kind_name[VTK_KINDS] = {"fe", "mp", "bond", "grid"};
 
-struct CellFields {            // one value a cell
+struct CellFields {            // one value per cell
   RealVec stress[6], mises, energy, det, plastic, opening;
-  explicit CellFields(std::size_t n)                 // room for them
+  explicit CellFields(std::size_t n)                 // reserves memory
   {
     for (RealVec& x : stress) x.reserve(n);
     for (RealVec* x : {&mises, &energy, &det, &plastic, &opening}) x->reserve(n);
@@ -35,7 +35,7 @@ double det_F(const double F[9])
          F[2] * (F[3] * F[7] - F[4] * F[6]);
 }
 
-// does anything flow: a plastic law, or what breaks with friction?
+// is there plastic flow: a plastic law, or fracture with friction?
 bool yields(const Model& m)
 {
   return std::any_of(m.material.begin(), m.material.end(),
@@ -61,10 +61,10 @@ void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic, bool o
   if (opening) vtk_scalars(f, "CRACKW", c.opening);
 }
 
-// a divided model has a .vtu of each rank, whatever the deck says, and a .pvtu that leads to them
+// a divided model has a .vtu per rank, independent of the deck, and a .pvtu that refers to them
 const char* const endings[] = {"vtk", "vtu", "pvtu"};
 
-const char* ending_of(const Model& m) { return endings[m.part.on ? 2 : m.vtk.xml ? 1 : 0]; }
+const char* ending_of(const Model& m) { return endings[m.part.on ? 2 : m.output.vtk.xml ? 1 : 0]; }
 
 std::string frame_tail(VtkKind kind, int frame, const std::string& ending)
 {
@@ -79,8 +79,9 @@ std::string piece_tail(VtkKind kind, int frame, std::size_t rank)
 }
 
 // ---------------------------------------------------------------------------
-// write_series : frames of one ending, since ParaView reads a series with one reader; there are several after
-// a run has gone on in another format, or on another number of ranks. None left: the file goes.
+// write_series : frames with one file ending, since ParaView reads a series with one reader; there are
+// several endings if a run was continued in another format, or on another number of ranks.
+// No frames: deletes the file.
 // ---------------------------------------------------------------------------
 void write_series(const Output& out, VtkKind kind, const std::string& ending)
 {
@@ -97,7 +98,7 @@ void write_series(const Output& out, VtkKind kind, const std::string& ending)
   else out_vtk_series(path, series);
 }
 
-// has any rank something to show?
+// has any rank data to write?
 bool anybody(const Model& m, bool here)
 {
   double any = here;
@@ -105,8 +106,8 @@ bool anybody(const Model& m, bool here)
   return any > 0.0;
 }
 
-// opens JOB_kind_000123.vtk, or the piece of this rank, and puts the frame into the series. here: there is
-// something to show on this rank; else its piece is written to nowhere
+// opens JOB_kind_000123.vtk, or the piece of this rank, and adds the frame to the series. here: this rank has
+// data; otherwise its piece is written to /dev/null
 void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, bool here, Output& out)
 {
   const std::string tail = frame_tail(kind, out.vtk_frame, std::string(".") + ending_of(m));
@@ -117,7 +118,7 @@ void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, bool here, 
   std::string path = out.base + tail;
   if (m.part.on) path = here ? out.base + piece_tail(kind, out.vtk_frame, comm_rank()) : "/dev/null";
   vtk_open(f, path, title, s.n.time,
-           m.part.on || m.vtk.xml ? VTK_XML : m.vtk.ascii ? VTK_ASCII : VTK_BINARY);
+           m.part.on || m.output.vtk.xml ? VTK_XML : m.output.vtk.ascii ? VTK_ASCII : VTK_BINARY);
 }
 
 void end(VtkFile& f, VtkKind kind, const Model& m, bool here, const Output& out)
@@ -189,7 +190,7 @@ CellFields element_fields(const Model& m, const Elements& el, const State& s, co
   return cell;
 }
 
-// where the elements are now
+// present positions of the nodes
 void write_elements(VtkFile& f, const Model& m, const State& s, const FeMesh& fe)
 {
   RealVec x;
@@ -232,7 +233,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
     vtk_scalars(f, "time_broken", time);
     vtk_scalars(f, "degradation", degr);
   }
-  if (m.fragments.on) vtk_labels(f, "fragment", picked(fe.elem, 1, fragments.of_elem));
+  if (m.output.fragments.on) vtk_labels(f, "fragment", picked(fe.elem, 1, fragments.of_elem));
   end(f, VTK_FE, m, here, out);
 }
 
@@ -241,13 +242,13 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
 // points that this rank writes, and their corners
 struct Shown {
   IntVec point, corner;
-  ListTable conn;              // [point] places in corner
+  ListTable conn;              // [point] indices into corner
 };
 
 Shown points_shown(const Model& m, const Points& pts)
 {
   Shown s;
-  const bool others = pts.part.on || pts.part.window;          // are some here?
+  const bool others = pts.part.on || pts.part.window;          // may there be points of other ranks?
   IntVec place(pts.ncorner, others ? -1 : 0);
   for (int p = 0; p < pts.npoint; ++p) {
     if (others && !point_counts(m, pts, p)) continue;
@@ -270,7 +271,7 @@ Shown points_shown(const Model& m, const Points& pts)
   return s;
 }
 
-// where the domains of the points are now
+// present positions of the corners of the domains
 void write_domains(VtkFile& f, const Model& m, const State& s, const Shown& shown)
 {
   RealVec x = picked(shown.corner, m.dim, s.points.Xc);
@@ -324,13 +325,13 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
     vtk_labels(f, "released", picked(list, 1, pts.released));
     vtk_scalars(f, "time_broken", time);
   }
-  if (m.fragments.on) vtk_labels(f, "fragment", picked(list, 1, fragments.of_point));
+  if (m.output.fragments.on) vtk_labels(f, "fragment", picked(list, 1, fragments.of_point));
   end(f, VTK_MP, m, here, out);
 }
 
 // ---- bonds ------------------------------------------------------------------------
 
-// force that side A puts on side B: C slip + lambda
+// force of side A on side B: C slip + lambda
 void bond_force(const State& s, int dim, int b, double force[3])
 {
   double C[9];
@@ -399,7 +400,7 @@ void cell_corners(const Grid& g, int dim, long key, RealVec& x)
   const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                             {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   double low[3];
-  grid_cell_place(g, dim, key, low);
+  grid_cell_position(g, dim, key, low);
   for (int a = 0; a < (dim == 3 ? 8 : 4); ++a)
     for (int i = 0; i < dim; ++i) x.push_back(low[i] + g.h[i] * corner[a][i]);
 }
@@ -426,7 +427,7 @@ void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& 
   end(f, VTK_GRID, m, here, out);
 }
 
-// of 000123.vtk, .vtu, .pvtu, or a piece 000123_r2.vtu; -1: no name of a frame
+// number of 000123.vtk, .vtu, .pvtu, or of a piece 000123_r2.vtu; -1: not the name of a frame
 int frame_number(const std::string& name)
 {
   int frame = 0, rank = 0, end = 0;
@@ -442,7 +443,7 @@ int frame_number(const std::string& name)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// out_vtk_series : the list of frames and their times that ParaView opens
+// out_vtk_series : the list of frames and their times, for ParaView
 // ---------------------------------------------------------------------------
 void out_vtk_series(const std::string& path, const VtkSeries& series)
 {
@@ -456,7 +457,7 @@ void out_vtk_series(const std::string& path, const VtkSeries& series)
 }
 
 // ---------------------------------------------------------------------------
-// out_vtk_continue : frames from out.vtk_frame on go, with what the series say of them
+// out_vtk_continue : deletes frames from out.vtk_frame on, also from the series
 // ---------------------------------------------------------------------------
 void out_vtk_continue(const Output& out)
 {
@@ -479,12 +480,12 @@ void out_vtk_continue(const Output& out)
 }
 
 // ---------------------------------------------------------------------------
-// out_vtk : one frame at t(n); places are those of now, so the four kinds fit together
+// out_vtk : one frame at t(n), in the present configuration, so that the four kinds fit together
 // ---------------------------------------------------------------------------
 void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
   Fragments fragments;
-  if (m.fragments.on) frac_fragments(m, el, s, fragments);
+  if (m.output.fragments.on) frac_fragments(m, el, s, fragments);
   write_fe(m, el, s, fragments, out);
   write_mp(m, s, fragments, out);
   write_bonds(m, s, out);

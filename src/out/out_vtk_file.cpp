@@ -22,13 +22,13 @@ void append_bytes(std::string& bytes, const void* value, int size)
   for (int i = 0; i < size; ++i) bytes += little ? b[size - 1 - i] : b[i];
 }
 
-// readers stumble over denormal numbers in text
+// readers fail on denormal numbers in text
 float single_of(double value)
 {
   return std::fabs(value) < FLT_MIN ? 0.0f : static_cast<float>(value);
 }
 
-// what waits goes into the file when it is more than a part
+// writes the buffer to the file when it exceeds its limit
 const std::size_t PART = 3 << 12;
 void put_waiting(std::FILE* file, std::string& bytes, std::size_t most)
 {
@@ -37,7 +37,7 @@ void put_waiting(std::FILE* file, std::string& bytes, std::size_t most)
   bytes.clear();
 }
 
-// Lists of numbers that are not copied: places x [n*dim] in three directions, and in single precision
+// Views of arrays without a copy: positions x [n*dim] as three components, and in single precision
 struct Padded {
   const RealVec& x;
   int dim;
@@ -99,9 +99,9 @@ void put_ints(VtkFile& f, const IntVec& value)
   end_ints(f, bytes);
 }
 
-// ---- XML: arrays in base64, a length in 8 bytes in front ------------------------
+// ---- XML: arrays in base64, preceded by the length in 8 bytes -------------------
 
-// bytes in base64 into the file; those that are not three wait, but at the end
+// writes bytes in base64, in groups of three; a remainder is kept until the end
 void put_base64(std::FILE* file, std::string& bytes, bool end)
 {
   const char* const letter = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -143,7 +143,7 @@ void open_section(VtkFile& f, const char* section)
   f.section = section;
 }
 
-// the type stands twice: UnstructuredGrid, PUnstructuredGrid
+// the type occurs twice: UnstructuredGrid, PUnstructuredGrid
 void put_head(std::FILE* file, const char* type, const char* more)
 {
   std::fprintf(file,

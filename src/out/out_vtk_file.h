@@ -2,7 +2,7 @@
 // out_vtk_file.h : one VTK file, an unstructured grid: legacy (version 3.0), or XML (.vtu)
 //
 // Order of the calls: open, mesh, then point_data and cell_data, each followed by its scalars, labels and
-// vectors; close. Numbers go to the file in parts, without a copy of the array.
+// vectors; close. Numbers are written in parts, without a copy of the array.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_VTK_FILE_H
 #define MPFE_OUT_OUT_VTK_FILE_H
@@ -17,22 +17,22 @@ enum VtkFormat { VTK_BINARY, VTK_ASCII, VTK_XML };     // legacy, legacy as text
 struct VtkFile {
   std::FILE* file = nullptr;
   std::string path;
-  VtkFormat format = VTK_BINARY;       // legacy binary is big-endian, as the format asks
+  VtkFormat format = VTK_BINARY;       // legacy binary is big-endian, as the format requires
   const char* section = "";    // XML: PointData or CellData, open
-  std::string fields[2];       // XML: what a .pvtu says of the arrays of points, of cells
+  std::string fields[2];       // XML: declarations of the arrays of points and of cells for a .pvtu
 };
 
-// vtk_open : header and the time as field data; stops the program with EXIT_RESOURCE when it cannot write
+// vtk_open : header and the time as field data; stops the program with EXIT_RESOURCE if it cannot write
 void vtk_open(VtkFile& f, const std::string& path, const std::string& title, double time,
               VtkFormat format);
 void vtk_close(VtkFile& f);
 
-// vtk_parallel : a .pvtu, the frame that the files piece are together; they have the arrays of f, which is
-// one of them, already closed
+// vtk_parallel : a .pvtu, the frame that consists of the files piece; they have the arrays of f, one of them,
+// which is already closed
 void vtk_parallel(const VtkFile& f, const std::string& path, const std::vector<std::string>& piece);
 
-// vtk_mesh : places x [n*dim], the third coordinate is 0 in two dimensions; cells conn of these, type
-// [conn.size()] their cell types of VTK
+// vtk_mesh : positions x [n*dim], in 2D the third coordinate is 0; cells conn on these, type [conn.size()]:
+// their VTK cell types
 void vtk_mesh(VtkFile& f, const RealVec& x, int dim, const ListTable& conn, const IntVec& type);
 
 void vtk_point_data(VtkFile& f, int n);

@@ -31,11 +31,11 @@ bool has_key(const CornerNames& names, int name, int field, const CornerKey& key
 
 int& corner_named(int field, const CornerKey& key, CornerNames& names)
 {
-  hash_room(names.place, static_cast<int>(names.corner.size()), [](int) { return true; },
+  hash_room(names.table, static_cast<int>(names.corner.size()), [](int) { return true; },
             [&](int name) { return hash_of_name(names, name); });
   std::uint64_t h = hash_mix(hash_start, static_cast<std::uint32_t>(field));
   for (const auto& [node, weight] : key) h = with_node(h, node, weight);
-  int& name = names.place[hash_find(names.place, h, [&](int n) { return has_key(names, n, field, key); })];
+  int& name = names.table[hash_find(names.table, h, [&](int n) { return has_key(names, n, field, key); })];
   if (name >= 0) return names.corner[name];
   name = static_cast<int>(names.corner.size());
   append(names.field, field);

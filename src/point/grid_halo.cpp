@@ -5,48 +5,48 @@
 
 namespace {
 
-struct Span {                  // box around the nodes of a rank, in cells
+struct Span {                  // bounding box of the nodes of a rank, in cells
   double bad = 0.0;
   double lo[3] = {1e9, 1e9, 1e9}, hi[3] = {-1e9, -1e9, -1e9};
 };
 
-template <class PlaceOf>
+template <class IndicesOf>
 void key_halo(const std::vector<long>& own, const std::vector<Span>& span, int dim, int reach,
-              PlaceOf place_of, KeyHalo& h)
+              IndicesOf indices_of, KeyHalo& h)
 {
   const int ranks = comm_size(), me = comm_rank();
-  std::vector<std::vector<long>> tell(ranks);
+  std::vector<std::vector<long>> send(ranks);
   for (long k : own) {
     int at[3];
-    place_of(k, at);
+    indices_of(k, at);
     for (int r = 0; r < ranks; ++r) {
-      bool near = r != me;
-      for (int i = 0; i < dim && near; ++i)
-        near = at[i] >= span[r].lo[i] - reach && at[i] <= span[r].hi[i] + reach;
-      if (near) tell[r].push_back(k);
+      bool close = r != me;
+      for (int i = 0; i < dim && close; ++i)
+        close = at[i] >= span[r].lo[i] - reach && at[i] <= span[r].hi[i] + reach;
+      if (close) send[r].push_back(k);
     }
   }
-  const std::vector<std::vector<long>> told = comm_exchange(tell);
+  const std::vector<std::vector<long>> received = comm_exchange(send);
   h     = KeyHalo();
   h.key = own;
-  for (const std::vector<long>& list : told) h.key.insert(h.key.end(), list.begin(), list.end());
+  for (const std::vector<long>& list : received) h.key.insert(h.key.end(), list.begin(), list.end());
   sort_once(h.key);
-  const auto places = [&](const std::vector<long>& list) {
-    IntVec place;
-    for (long k : list) place.push_back(find_key(h.key, k));
-    return place;
+  const auto indices = [&](const std::vector<long>& list) {
+    IntVec index;
+    for (long k : list) index.push_back(find_key(h.key, k));
+    return index;
   };
-  h.mine = places(own);
+  h.here = indices(own);
   h.own.assign(h.key.size(), 0);
   h.shared.assign(h.key.size(), 0);
   h.first.assign(h.key.size(), ranks);
-  for (int k : h.mine) {
+  for (int k : h.here) {
     h.own[k]   = 1;
     h.first[k] = me;
   }
   for (int r = 0; r < ranks; ++r) {
-    h.to.push_back(places(tell[r]));
-    h.from.push_back(places(told[r]));
+    h.to.push_back(indices(send[r]));
+    h.from.push_back(indices(received[r]));
     for (int k : h.from[r]) {
       h.first[k] = std::min(h.first[k], r);
       h.shared[k]  = 1;
@@ -81,13 +81,13 @@ bool grid_halo(const Grid& g, int dim, bool good, const std::vector<long>& node,
 
 void key_max(const KeyHalo& h, int D, RealVec& x)
 {
-  std::vector<RealVec> tell(h.to.size());
+  std::vector<RealVec> send(h.to.size());
   for (size_t r = 0; r < h.to.size(); ++r)
     for (int k : h.to[r])
-      tell[r].insert(tell[r].end(), x.begin() + long(k) * D, x.begin() + long(k + 1) * D);
-  const std::vector<RealVec> told = comm_exchange(tell);
+      send[r].insert(send[r].end(), x.begin() + long(k) * D, x.begin() + long(k + 1) * D);
+  const std::vector<RealVec> received = comm_exchange(send);
   for (size_t r = 0; r < h.from.size(); ++r) {
-    const double* value = told[r].data();
+    const double* value = received[r].data();
     for (int k : h.from[r])
       for (int i = 0; i < D; ++i, ++value) x[long(k) * D + i] = std::max(x[long(k) * D + i], *value);
   }

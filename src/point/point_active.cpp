@@ -10,9 +10,9 @@
 
 namespace {
 
-// Bodies that meet through the grid have in common the nodes near them: it is laid anew after this part of
-// KEEP.  Test: G3 (contact/g3_pf.inp -D dt=1.25e-3)
-const double MEETING = 0.1;
+// Bodies that meet through the grid share nodes between them: the grid is then laid anew after this fraction
+// of KEEP.  Test: G3 (contact/g3_pf.inp -D dt=1.25e-3)
+const double KEEP_OF_MEETING = 0.1;
 
 // the multilinear weights of a cell at xi (outside 0 ... 1: extrapolation); zero weights are left out
 template <class Use>
@@ -30,12 +30,12 @@ void each_node(const Grid& g, int dim, int field, const int* cell, const double*
   }
 }
 
-// The different keys of a list, ascending, and their numbers. Keys of the grid that lie close together are
-// counted in a table over their range, which is faster than sorting them.
+// The distinct keys of a list, ascending, and their numbers. Grid keys of a narrow range are numbered in a
+// table over the range, which is faster than sorting.
 struct KeyNumbers {
   std::vector<long> key;
   long low = 0;
-  IntVec number;               // of low, low + 1, ...; empty: look it up in key
+  IntVec number;               // of low, low + 1, ...; empty: search key
   int of(long k) const { return number.empty() || k >= key_own ? find_key(key, k) : number[k - low]; }
 };
 
@@ -73,17 +73,17 @@ void number_keys(const std::vector<long>& all, KeyNumbers& out)
   out.key.insert(out.key.end(), own.begin(), own.end());
 }
 
-// Weights and nodes of places, one after the other. There is room for a whole cell behind the last one.
+// Nodes and weights of positions, appended one by one. There is always room for one more whole cell.
 struct Touched {
   std::vector<long>& key;
   ListTable& list;
   RealVec& w;
-  int n = 0, places = 0, width;
-  Touched(int most, int cell, std::vector<long>& k, ListTable& l, RealVec& weight)
+  int n = 0, rows = 0, width;
+  Touched(int max_rows, int cell, std::vector<long>& k, ListTable& l, RealVec& weight)
       : key(k), list(l), w(weight), width(cell)
   {
     make_room();
-    list.off.resize(most + 1);
+    list.off.resize(max_rows + 1);
     list.off[0] = 0;
   }
   void make_room()
@@ -94,7 +94,7 @@ struct Touched {
   void next(int count)
   {
     n += count;
-    list.off[++places] = n;
+    list.off[++rows] = n;
     make_room();
   }
   void end()
@@ -105,24 +105,24 @@ struct Touched {
   }
 };
 
-// corners between nodes get the unknowns of the corners at these nodes               (7.14)
+// corners between nodes are interpolated from the unknowns of the corners at these nodes  (7.14)
 void follow_corners(const Points& pts, const GridShare& share, int nnode, ActiveGrid& g)
 {
   if (std::find(pts.hangs.begin(), pts.hangs.end(), HANG_CORNERS) == pts.hangs.end()) return;
   ListTable out;
   RealVec out_w;
-  IntVec place(nnode, -1);     // of an unknown in out, where it was seen last
+  IntVec last(nnode, -1);      // [unknown] index of its last item in out
   for (int c = 0; c < pts.ncorner; ++c) {
     const int first  = out.off.back();
     const auto add = [&](int from, double w) {
       for (int k = g.corner.off[from]; k < g.corner.off[from + 1]; ++k) {
         const int n = g.corner.item[k];
-        if (place[n] < first) {
-          place[n] = static_cast<int>(out.item.size());
+        if (last[n] < first) {
+          last[n] = static_cast<int>(out.item.size());
           append(out.item, n);
           append(out_w, 0.0);
         }
-        out_w[place[n]] += w * g.corner_w[k];
+        out_w[last[n]] += w * g.corner_w[k];
       }
     };
     if (pts.carrier(c) != HANG_CORNERS) add(c, 1.0);
@@ -136,16 +136,16 @@ void follow_corners(const Points& pts, const GridShare& share, int nnode, Active
   g.corner_w.swap(out_w);
 }
 
-// 1. cells and nodes under every corner and bond: their keys, ascending, and lists and weights in these
-// numbers
+// 1. cells and nodes under every corner and bond: their keys, ascending; lists
+// and weights refer to these by index
 template <int D>
 Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share, const RealVec& uc,
              const RealVec& xb, std::vector<long>& node, ActiveGrid& g, int* worst)
 {
   const Grid& grid = m.grid;
   std::vector<long> corner_key, bond_key, cell;
-  CellPlace s;
-  std::vector<char> owned(pts.ncorner, 0);           // released points have left corners behind
+  CellPosition s;
+  std::vector<char> owned(pts.ncorner, 0);           // corners of points; released points have left theirs
   for (int c : pts.conn.item) owned[c] = share.has_corner(c);
   RealVec x(pts.Xc.size());
   for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
@@ -164,7 +164,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
         return OUTSIDE_GRID;
       }
       n = cell_weights<D>(grid, pts.field[c], s, &corner_key[corner.n], &g.corner_w[corner.n]);
-      // a corner on a cell face leaves open which cell it is in
+      // a corner on a cell face belongs to no single cell
       if (n == 1 << D) cell.push_back(cell_key(grid, D, pts.field[c], s.cell));
     }
     corner.next(n);
@@ -186,7 +186,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
   for (int p = 0; p < pts.npoint; ++p) {
     if (pts.released[p] || !share.has_point(p)) continue;
     double mid[D] = {};
-    bool follows = false;      // others: the grid around its centre need not exist
+    bool follows = false;      // a corner is not carried by the grid, which need not exist around the centre
     const double* w = pts.w(p);
     for (int a = 0; a < pts.conn.count(p); ++a) {
       const int c = pts.conn.begin(p)[a];
@@ -210,18 +210,18 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
   return STATUS_OK;
 }
 
-// Nodes of points, those of their corners. Where they are those of the point before, as in an element that
-// became points, they stand in its order: such points have the same places in the matrix.
+// Nodes of points: the nodes of their corners. A point with the same nodes as the previous one, as in a
+// converted element, lists them in the same order: such points have the same entries of the matrix.
 struct PointNodes {
   const Points& pts;
   ActiveGrid& g;
-  IntVec place;                // [nnode] of a node in the lists, where it was seen last
-  int from = 0, to = 0;        // the list of the point before, as it was made first
+  IntVec last;                 // [nnode] index of the last item with the node
+  int from = 0, to = 0;        // the list that the previous points share
   IntVec seen;                 // [to - from] the last point that has the node
   int used = 0;
   size_t slots = 0;
 
-  PointNodes(const Points& points, int nnode, ActiveGrid& grid) : pts(points), g(grid), place(nnode, -1) {}
+  PointNodes(const Points& points, int nnode, ActiveGrid& grid) : pts(points), g(grid), last(nnode, -1) {}
 
   template <class Use>
   bool each(int p, Use use)
@@ -239,7 +239,7 @@ struct PointNodes {
     int* slot = g.slot.data() + slots;
     int found = 0;
     const bool known = each(p, [&](int n) {
-      const int at = place[n] - from;
+      const int at = last[n] - from;
       if (at < 0 || at >= to - from) return false;
       found += seen[at] != p;
       seen[at] = p;
@@ -258,11 +258,11 @@ struct PointNodes {
     int *item = g.point.item.data(), *slot = g.slot.data();
     from = used;
     each(p, [&](int n) {
-      if (place[n] < from) {
-        place[n]   = used;
+      if (last[n] < from) {
+        last[n]      = used;
         item[used++] = n;
       }
-      slot[slots++] = place[n] - from;
+      slot[slots++] = last[n] - from;
       return true;
     });
     to = used;
@@ -279,9 +279,9 @@ void point_lists(const Points& pts, const GridShare& share, int nnode, ActiveGri
   for (int p = 0; p < pts.npoint; ++p) {
     g.point.off[p + 1] = nodes.used;
     if (!share.has_point(p)) continue;
-    size_t most = 0;
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) most += g.corner.count(pts.conn.item[k]);
-    const size_t item = nodes.used + most, slot = nodes.slots + most;
+    size_t added = 0;          // nodes at most
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) added += g.corner.count(pts.conn.item[k]);
+    const size_t item = nodes.used + added, slot = nodes.slots + added;
     size_to(g.point.item, item);
     size_to(g.slot, slot);
     if (!nodes.same(p)) nodes.list(p);
@@ -291,8 +291,8 @@ void point_lists(const Points& pts, const GridShare& share, int nnode, ActiveGri
   g.slot.resize(nodes.slots);
 }
 
-// does a cell c touch all planes of *GRID BOUNDARY that the node lies on? Then the node follows nodes of the
-// plane alone, and what is prescribed there holds for it too
+// does cell c touch all planes of *GRID BOUNDARY on which the node lies? Then the node is interpolated from
+// nodes of the plane alone, and the prescribed values hold for it too
 bool keeps_planes(const Model& m, const int* at, const int* c)
 {
   for (const GridBc& b : m.grid_bc) {
@@ -304,7 +304,7 @@ bool keeps_planes(const Model& m, const int* at, const int* c)
   return true;
 }
 
-// 3. the nearest cells whose nodes are all strong; ties share
+// 3. the nearest cells whose nodes are all strong, averaged over cells at equal distance
 bool extend_node(const Model& m, const std::vector<long>& cells, const std::vector<long>& key,
                  const std::vector<char>& strong, int weak, GridLists& out)
 {
@@ -313,7 +313,7 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
   int at[3];
   const int field = node_of_key(g, dim, key[weak], at);
 
-  const int reach = 2;         // cells between the node and the cell it may follow, REACH at most
+  const int reach = 2;         // cells between the node and the cell that it is extrapolated from, max. REACH
   double best = 1e30;
   std::vector<std::array<int, 3>> chosen;
   for (int k = dim == 3 ? -reach - 1 : 0; k <= (dim == 3 ? reach : 0); ++k)
@@ -354,8 +354,8 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
   return !chosen.empty();
 }
 
-// The nearest strong nodes; ties share. For nodes with so little mass that as unknowns they make the mass
-// singular to rounding, and that the planes of *GRID BOUNDARY do not matter.
+// The mean of the nearest strong nodes. For nodes with so little mass that as unknowns they would make the
+// mass matrix singular to round-off; the planes of *GRID BOUNDARY do not matter for them.
 bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, int weak,
                     GridLists& out)
 {
@@ -381,23 +381,23 @@ bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vec
   return !chosen.empty();
 }
 
-// 4. number the unknown nodes and say what each touched node follows. cell: keys of active cells; needed: of
-// others nothing is said, and unknowns that no needed node follows are left out; empty: all
+// 4. number the unknown nodes and list the unknowns that each touched node follows. cell: keys of active
+// cells; needed: nodes to be listed, unknowns that none of them follows are left out; empty: all
 void find_extension(const Model& m, const std::vector<long>& cell, const std::vector<long>& key,
                     const std::vector<char>& strong, const RealVec& support, const std::vector<char>& needed,
                     ActiveGrid& g, GridLists& ext)
 {
-  const double tiny = 1e-2;    // support of a node that may not be an unknown
+  const double tiny = 1e-2;    // support up to which a node is not an unknown
   const int n = static_cast<int>(key.size());
   std::vector<char> unknown = strong;
   GridLists follow;             // in the numbers of touched nodes
   for (int r = 0; r < n; ++r) {
-    const bool asked = needed.empty() || needed[r];
-    if (asked && !strong[r] && !extend_node(m, cell, key, strong, r, follow)) {
+    const bool listed = needed.empty() || needed[r];
+    if (listed && !strong[r] && !extend_node(m, cell, key, strong, r, follow)) {
       ++g.nlone;
       unknown[r] = support[r] > tiny || !follow_nearest(m, key, strong, r, follow);
     }
-    if (asked && unknown[r]) {
+    if (listed && unknown[r]) {
       follow.list.item.push_back(r);
       follow.w.push_back(1.0);
     }
@@ -415,8 +415,7 @@ void find_extension(const Model& m, const std::vector<long>& cell, const std::ve
   for (int& item : ext.list.item) item = number[item];
 }
 
-// Nodes of the mesh, whose keys are the last ones, are no unknowns of the grid: their numbers become -1 -
-// node
+// Mesh nodes, whose keys are the last ones, are not unknowns of the grid: in the lists they become -1 - node
 void name_mesh_nodes(ActiveGrid& g)
 {
   const int n = static_cast<int>(std::lower_bound(g.key.begin(), g.key.end(), key_node) - g.key.begin());
@@ -434,7 +433,7 @@ void name_mesh_nodes(ActiveGrid& g)
   g.key.resize(n);
 }
 
-// a grid without anything in it, but with the numbers of lists and weights that it has had
+// empties the grid, but keeps the numbers of its lists and weights
 Status no_grid(Status status, ActiveGrid& g)
 {
   const long lists = g.lists, made = g.made;
@@ -444,7 +443,7 @@ Status no_grid(Status status, ActiveGrid& g)
   return status;
 }
 
-// lists on touched nodes become lists on the unknown nodes that these follow
+// converts lists on touched nodes to lists on the unknown nodes that these follow
 template <int D>
 void follow_unknowns(const Points& pts, const GridShare& share, const GridLists& extend, ActiveGrid& g)
 {
@@ -464,26 +463,26 @@ std::vector<char> strong_nodes(const Grid& grid, const std::vector<long>& node, 
   return strong;
 }
 
-// Divided model: lists on unknowns that points, bonds and ghosts of this rank follow. What others have near
-// tells how much support a node has, and which cells there are. False: a rank has failed.
+// Divided model: lists on the unknowns that points, bonds and ghosts of this rank follow. The halo gives the
+// support of a node, and the active cells. False: a rank has failed.
 template <int D>
 bool activate_part(const Model& m, const Points& pts, const GridShare& share, const RealVec& uc,
                    Status status, std::vector<long>& node, ActiveGrid& g)
 {
   const bool ghosts = m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0;
   const auto end    = std::lower_bound(node.begin(), node.end(), key_own);
-  const std::vector<long> others(end, node.end());   // corners of their own, nodes of the mesh
+  const std::vector<long> others(end, node.end());   // corner unknowns, mesh nodes
   node.erase(end, node.end());
   const int touched = static_cast<int>(node.size());
   GridHalo halo;
   const int reach = ghosts ? 2 * REACH : REACH;
   if (!grid_halo(m.grid, D, status == STATUS_OK, node, g.cell, reach, halo)) return false;
   const KeyHalo& of = halo.node;
-  const int near    = static_cast<int>(of.key.size());
+  const int in_grid = static_cast<int>(of.key.size());
   node = of.key;
   node.insert(node.end(), others.begin(), others.end());
   for (ListTable* list : {&g.corner, &g.bond})
-    for (int& item : list->item) item = item < touched ? of.mine[item] : item - touched + near;
+    for (int& item : list->item) item = item < touched ? of.here[item] : item - touched + in_grid;
   const int nnode = static_cast<int>(node.size());
   follow_corners(pts, share, nnode, g);
   point_lists(pts, share, nnode, g);
@@ -505,8 +504,8 @@ bool activate_part(const Model& m, const Points& pts, const GridShare& share, co
   g.cell.swap(cell);
   double sum[3] = {0.0, 0.0, static_cast<double>(g.cell.size())};
   for (int r = 0; r < nnode; ++r) {
-    if (r < near ? !of.counts(r)
-                 : node[r] >= key_node || share.owner[grid_corner(pts, node[r])] != comm_rank())
+    if (r < in_grid ? !of.counts(r)
+                    : node[r] >= key_node || share.owner[grid_corner(pts, node[r])] != comm_rank())
       continue;
     sum[0] += find_key(g.key, node[r]) >= 0;
     sum[1] += !strong[r];
@@ -517,7 +516,7 @@ bool activate_part(const Model& m, const Points& pts, const GridShare& share, co
   return true;
 }
 
-// all points are here
+// this rank stores all points
 template <int D>
 void activate_all(const Model& m, const Points& pts, const RealVec& uc, std::vector<long>& node,
                   ActiveGrid& g)
@@ -575,7 +574,7 @@ long grid_cells(const Grid& g, int dim)
   return static_cast<long>(g.n[0]) * g.n[1] * (dim == 3 ? g.n[2] : 1);
 }
 
-void grid_node_place(const Grid& g, int dim, long key, double x[3])
+void grid_node_position(const Grid& g, int dim, long key, double x[3])
 {
   if (key >= key_own) {
     x[0] = x[1] = x[2] = 1e300;
@@ -586,16 +585,16 @@ void grid_node_place(const Grid& g, int dim, long key, double x[3])
   for (int i = 0; i < 3; ++i) x[i] = i < dim ? g.lo[i] + g.h[i] * at[i] : 0.0;
 }
 
-void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node,
-                        double x[3])
+void grid_unknown_position(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g,
+                           int node, double x[3])
 {
-  grid_node_place(m.grid, m.dim, g.key[node], x);
+  grid_node_position(m.grid, m.dim, g.key[node], x);
   const int c = grid_corner(pts, g.key[node]);
   if (c < 0 || pts.field[c] == FIELD_OWN) return;
   for (int i = 0; i < 3; ++i) x[i] = i < m.dim ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : 0.0;
 }
 
-void grid_cell_place(const Grid& g, int dim, long key, double x[3])
+void grid_cell_position(const Grid& g, int dim, long key, double x[3])
 {
   int at[3];
   cell_of_key(g, dim, key, at);
@@ -607,12 +606,12 @@ bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const Gri
 {
   const int dim = m.dim;
   // in free flight the distance can equal KEEP exactly: the tolerance keeps round-off from deciding
-  const double most = m.grid.keep * (meets ? MEETING : 1.0) * (1.0 + 1e-9);
+  const double max_way = m.grid.keep * (meets ? KEEP_OF_MEETING : 1.0) * (1.0 + 1e-9);       // in cells
   if (laid.uc.size() != uc.size() || laid.xb.size() != xb.size()) return false;
   const auto stays = [&](const double* from, const double* to) {
     double way = 0.0;
     for (int i = 0; i < dim; ++i) way += std::fabs(to[i] - from[i]) / m.grid.h[i];
-    return way <= most;
+    return way <= max_way;
   };
   const auto carried = [&](int c) { return pts.field[c] >= 0 && pts.carrier(c) == HANG_GRID; };
   if (m.grid.keep == 0.0) return false;
@@ -644,8 +643,8 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
                     : activate<3>(m, pts, bonds, share, uc, xb, g, worst);
 }
 
-void point_tell_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
+void point_copy_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
 {
   if (!pts.part.held) return;
-  for (RealVec* v : x) halo_copy(pts.part.halo, dim, *v);         // one at a time: messages are long
+  for (RealVec* v : x) halo_copy(pts.part.halo, dim, *v);         // one by one: the messages are long
 }

@@ -25,12 +25,12 @@ int fill_corner(Filler& f, const double* X, int field)
 
 void point_domain(const Points& pts, int dim, const int* corner, int n, double* X)
 {
-  const int digits = 48;       // of a place; corners of equal domains differ in the last 5
+  const int digits = 48;       // binary digits of a coordinate; corners of equal domains differ in the last 5
   for (int i = 0; i < dim; ++i) {
-    double most = 0.0;
-    for (int c = 0; c < n; ++c) most = std::max(most, std::fabs(pts.Xc[corner[c] * dim + i]));
+    double largest = 0.0;
+    for (int c = 0; c < n; ++c) largest = std::max(largest, std::fabs(pts.Xc[corner[c] * dim + i]));
     int exponent;
-    std::frexp(most, &exponent);
+    std::frexp(largest, &exponent);
     for (int c = 0; c < n; ++c) {
       const double from_first = pts.Xc[corner[c] * dim + i] - pts.Xc[corner[0] * dim + i];
       const double steps      = std::nearbyint(std::ldexp(from_first, digits - exponent));
@@ -94,7 +94,7 @@ bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind,
 
 namespace {
 
-// box of cells x per_cell domains in each direction; with where: only domains whose centre it accepts
+// box of cells x per_cell domains in each direction; with WHERE: only domains whose centre it accepts
 struct Box {
   const Body& b;
   int dim, per_cell;
@@ -139,7 +139,7 @@ void centre_of(const Box& box, const int* at, double* X)
   for (int i = 0; i < 3; ++i) X[i] = i < box.dim ? box.b.lo[i] + (at[i] + 0.5) * box.d[i] : 0.0;
 }
 
-// c: corner a of the domain at at
+// c: grid indices of corner a of the domain at indices at
 void corner_of(const int* at, int a, int* c)
 {
   static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
@@ -147,9 +147,9 @@ void corner_of(const int* at, int a, int* c)
   for (int i = 0; i < 3; ++i) c[i] = at[i] + step[a][i];
 }
 
-void corner_place(const Box& box, const int* at, double* X)
+void corner_position(const Box& box, const int* at, double* X)
 {
-  // the far face exactly at hi, so that bodies meet meshes without rounding gaps
+  // the far face exactly at hi: bodies then meet meshes without gaps from round-off
   for (int i = 0; i < box.dim; ++i) X[i] = at[i] == box.n[i] ? box.b.hi[i] : box.b.lo[i] + at[i] * box.d[i];
 }
 
@@ -168,10 +168,10 @@ std::vector<bool> filled_domains(const Box& box, Filler& f)
   return filled;
 }
 
-// Part of a box: domains from lo on
+// Part of a box: n domains from lo on
 struct Part {
   int lo[3] = {0, 0, 0}, n[3] = {0, 0, 0};
-  int layers = 1;              // of corners more than of domains; 0: in the plane
+  int layers = 1;              // layers of corners minus layers of domains; 0: 2D
   bool has(const int* at) const
   {
     for (int i = 0; i < 3; ++i)
@@ -205,7 +205,7 @@ void each_filled(const Box& box, const std::vector<bool>& filled, Use use)
   });
 }
 
-// the domains that are here, and those around them; has(cell) is asked once for each filled one, in order
+// the domains of this rank, and those around them; has(cell) is called once per filled domain, in order
 template <class Has>
 Part part_of_box(const Box& box, const std::vector<bool>& filled, Has has)
 {
@@ -226,22 +226,22 @@ Part part_of_box(const Box& box, const std::vector<bool>& filled, Has has)
   return part;
 }
 
-// does a filled domain that comes before the one at at have its corner c?
+// does a filled domain before the one at indices at have its corner c?
 bool made_before(const Box& box, const std::vector<bool>& filled, const int* at, const int* c)
 {
   const int n[3]   = {box.n[0], box.n[1], std::max(1, box.n[2])};
-  const auto place = [&](const int* d) { return (static_cast<size_t>(d[2]) * n[1] + d[1]) * n[0] + d[0]; };
+  const auto order = [&](const int* d) { return (static_cast<size_t>(d[2]) * n[1] + d[1]) * n[0] + d[0]; };
   for (int k = 0; k < (box.dim == 3 ? 8 : 4); ++k) {
     const int d[3] = {c[0] - k % 2, c[1] - k / 2 % 2, c[2] - k / 4};
     bool inside = true;
     for (int i = 0; i < 3; ++i) inside = inside && d[i] >= 0 && d[i] < n[i];
-    if (inside && place(d) < place(at) && (filled.empty() || filled[place(d)])) return true;
+    if (inside && order(d) < order(at) && (filled.empty() || filled[order(d)])) return true;
   }
   return false;
 }
 
-// Corners that filled domains have are numbered in the order in which these come, from next on. Returns the
-// numbers of those of a part, -1: no domain has it
+// Numbers the corners of filled domains in the order of the domains, from next on. Returns the numbers of the
+// corners of a part, -1: no domain has it
 IntVec number_corners(const Box& box, const std::vector<bool>& filled, const Part& part, int& next)
 {
   IntVec number(part.corners(), -1);
@@ -256,8 +256,8 @@ IntVec number_corners(const Box& box, const std::vector<bool>& filled, const Par
   return number;
 }
 
-// adds the corners of domains that are here, ascending by number; index of each corner of the part, -1: it is
-// not here
+// adds the corners of the domains of this rank, ascending by number; returns the index of each corner of the
+// part, -1: not on this rank
 IntVec add_corners(Filler& f, const Box& box, const Part& part, const IntVec& number,
                    const std::vector<char>& here)
 {
@@ -280,7 +280,7 @@ IntVec add_corners(Filler& f, const Box& box, const Part& part, const IntVec& nu
   std::sort(list.begin(), list.end(), [](const Corner& a, const Corner& b) { return a.number < b.number; });
   for (const Corner& c : list) {
     double X[3] = {0, 0, 0};
-    corner_place(box, c.at, X);
+    corner_position(box, c.at, X);
     index[part.corner(c.at)] = fill_corner(f, X, box.b.field);
     if (f.pts.part.on) f.pts.part.corner.push_back(c.number);
   }
@@ -289,7 +289,7 @@ IntVec add_corners(Filler& f, const Box& box, const Part& part, const IntVec& nu
 
 struct Centre { double count = 0.0, x[3] = {0, 0, 0}; };
 
-void add_place(Centre& c, double count, const double* X)
+void add_position(Centre& c, double count, const double* X)
 {
   c.count += count;
   for (int i = 0; i < 3; ++i) c.x[i] += count * (X[i] - c.x[i]) / c.count;
@@ -304,9 +304,9 @@ void centre_of(const Mesh& mesh, int e, double X[3])
     for (int i = 0; i < 3; ++i) X[i] += mesh.X[3 * mesh.conn.begin(e)[a] + i] / n;
 }
 
-// The rank of each part of the cells, which lie at X [n*3]: one after the other, the part and the rank whose
-// finite elements (of_elem: their ranks) are nearest, so that bonds seldom go from rank to rank
-IntVec near_elements(const Mesh& mesh, const IntVec& of_elem, const RealVec& X, const RealVec& work,
+// The rank of each part of the cells, which lie at X [n*3]: repeatedly the closest pair of a part and the
+// finite elements of a rank (of_elem: their ranks), to have few bonds between ranks
+IntVec ranks_of_parts(const Mesh& mesh, const IntVec& of_elem, const RealVec& X, const RealVec& work,
                      const IntVec& part)
 {
   const int ranks = comm_size();
@@ -314,9 +314,9 @@ IntVec near_elements(const Mesh& mesh, const IntVec& of_elem, const RealVec& X, 
   for (int e = 0; e < mesh.nelem(); ++e) {
     double x[3];
     centre_of(mesh, e, x);
-    if (mesh.elem_section[e] >= 0) add_place(to[of_elem[e]], 1.0, x);
+    if (mesh.elem_section[e] >= 0) add_position(to[of_elem[e]], 1.0, x);
   }
-  for (size_t c = 0; c < part.size(); ++c) add_place(from[part[c]], work[c], &X[3 * c]);
+  for (size_t c = 0; c < part.size(); ++c) add_position(from[part[c]], work[c], &X[3 * c]);
   IntVec rank(ranks, -1);
   std::vector<char> taken(ranks, 0);
   for (int k = 0; k < ranks; ++k) {
@@ -324,11 +324,11 @@ IntVec near_elements(const Mesh& mesh, const IntVec& of_elem, const RealVec& X, 
     double least = 1e300;
     for (int p = 0; p < ranks; ++p)
       for (int r = 0; r < ranks && rank[p] < 0; ++r) {
-        double apart = 0.0;
-        for (int i = 0; i < 3 && to[r].count > 0.0; ++i) apart += std::pow(from[p].x[i] - to[r].x[i], 2);
-        if (to[r].count == 0.0) apart = 1e299;       // ranks without elements take what is left
-        if (taken[r] || apart >= least) continue;
-        least = apart;
+        double distance = 0.0;                       // squared
+        for (int i = 0; i < 3 && to[r].count > 0.0; ++i) distance += std::pow(from[p].x[i] - to[r].x[i], 2);
+        if (to[r].count == 0.0) distance = 1e299;    // ranks without elements take the remaining parts
+        if (taken[r] || distance >= least) continue;
+        least = distance;
         best  = r;
         of    = p;
       }
@@ -338,8 +338,8 @@ IntVec near_elements(const Mesh& mesh, const IntVec& of_elem, const RealVec& X, 
   return rank;
 }
 
-// a domain of another rank that is not here: does it share a corner with those of this one?
-void add_near(const IntVec& number, const IntVec& index, Shape shape, const size_t* corner, int nen,
+// stores the corners of a domain of another rank if it shares a corner with the domains of this one
+void add_adjacent(const IntVec& number, const IntVec& index, Shape shape, const size_t* corner, int nen,
               PointPart& part)
 {
   if (std::all_of(corner, corner + nen, [&](size_t c) { return index[c] < 0; })) return;
@@ -351,7 +351,7 @@ void add_near(const IntVec& number, const IntVec& index, Shape shape, const size
   part.near_shape.push_back(shape);
 }
 
-// Rank of a cell, of cells that are asked nearly in their order; not divided: this one
+// Rank of a cell, fast for queries nearly in order; not divided: this rank
 class RankOfCell {
 public:
   explicit RankOfCell(const CellRanks& ranks) : ranks_(ranks) {}
@@ -368,27 +368,27 @@ public:
 
 private:
   const CellRanks& ranks_;
-  size_t at_ = 0;              // run that the last cell was in
+  size_t at_ = 0;              // the run of cells of the last query
 };
 
-// into the ring of the points of its cell; last: the last one made there, -1: none yet
+// adds a point to the ring of the points of its cell; last: the last one created there, -1: none yet
 void join_ring(Points& p, int point, int& last)
 {
   if (last >= 0) std::swap(p.next[point], p.next[last]);
   last = point;
 }
 
-// A domain: a point when it is here, else known when it is near
+// Creates the point of a domain if this rank stores it (here), else stores its corners if it is adjacent
 //   in   of_all   its number among the points of all ranks
-//        rank     who works on it
-//        corner   [nen] places of its corners in number (of all ranks) and index (here, -1: it is not here)
+//        rank     its owner
+//        corner   [nen] its corners, in number (of all ranks) and index (on this rank, -1: none)
 //        last     of join_ring, for its cell
 void take_domain(Filler& f, int body, Shape shape, int of_all, bool here, int rank, const size_t* corner,
                  const IntVec& number, const IntVec& index, int& last)
 {
   Points& p = f.pts;
   const int before = p.npoint, nen = shape_info[shape].nen;
-  if (!here) return add_near(number, index, shape, corner, nen, p.part);
+  if (!here) return add_adjacent(number, index, shape, corner, nen, p.part);
   int c[8];
   for (int a = 0; a < nen; ++a) c[a] = index[corner[a]];
   fill_point(f, body, shape, c);
@@ -469,7 +469,7 @@ void fill_planned(Filler& f, int body, FillPlan& plan)
 
 namespace {
 
-// cells of a fill with points in them: their number at each, -1: there are none; places and counts go on
+// numbers the cells of a fill with points in them, -1: without points; appends to positions X and counts work
 IntVec number_cells(const RealVec& count, const RealVec& sum, RealVec& X, RealVec& work)
 {
   IntVec out;
@@ -482,13 +482,13 @@ IntVec number_cells(const RealVec& count, const RealVec& sum, RealVec& X, RealVe
   return out;
 }
 
-// how many points an element of such a body becomes, whatever its shape
+// number of points of an element of such a body, assumed the same for all shapes
 int points_of_element(const Body& b, int dim)
 {
   return b.per_cell * b.per_cell * (dim == 3 ? b.per_cell : 1);
 }
 
-// points and sum of their places in the cells of a box, or in elements
+// number of the points and sum of their positions, in the cells of a box or in elements
 void count_cells(const Model& m, int body, RealVec& count, RealVec& sum)
 {
   const Body& b = m.body[body];
@@ -541,7 +541,7 @@ void point_fill_ranks(IntVec& of_elem, Model& m)
 {
   CellParts c = cells_with_points(m);
   c.part = part_places(c.X, c.work, comm_size());
-  const IntVec to   = near_elements(m.mesh, of_elem, c.X, c.work, c.part);
+  const IntVec to   = ranks_of_parts(m.mesh, of_elem, c.X, c.work, c.part);
   for (size_t b = 0; b < m.body.size(); ++b) {
     CellRanks runs;
     for (size_t k = 0; k < c.number[b].size(); ++k) {

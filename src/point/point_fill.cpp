@@ -13,14 +13,14 @@
 
 namespace {
 
-// the points from first on share their change of volume with each other
+// the points from first on form a ring that shares its change of volume
 void join_points(Points& p, int first)
 {
   for (int q = first; q < p.npoint; ++q) p.next[q] = q + 1 < p.npoint ? q + 1 : first;
 }
 
-// what the last corner made may follow: the node where it lies, or the corners at the nodes between which it
-// lies  (7.14)
+// the support of the last corner created: the node at its position, or the corners at the nodes between
+// which it lies  (7.14)
 void hang(Filler& f, int e, const CornerKey& key, int total)
 {
   Points& p = f.pts;
@@ -45,7 +45,7 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
     key.emplace_back(node[a], iw[a]);
     for (int i = 0; i < dim; ++i) X[i] += f.m.mesh.X[3 * node[a] + i] * iw[a] / total;
   }
-  // in the same order on all ranks
+  // the same order on all ranks
   const auto number = [&](int n) { return f.m.part.node_number(n); };
   std::sort(key.begin(), key.end(),
             [&](const auto& a, const auto& b) { return number(a.first) < number(b.first); });
@@ -155,7 +155,7 @@ void fill_tet(Filler& f, int body, int e)
     ++f.errors;
     return;
   }
-  auto mid = [&](int a, int d) {                     // weights of sum 8, as a brick with m = 2 has them
+  auto mid = [&](int a, int d) {                     // the weights have the sum 8, as in a brick with m = 2
     int iw[4] = {0, 0, 0, 0};
     iw[a] += 4;
     iw[d] += 4;
@@ -181,7 +181,7 @@ void fill_pyramid(Filler& f, int body, int e)
     ++f.errors;
     return;
   }
-  const int total = b.per_cell == 1 ? 1 : 8;         // as a brick has them
+  const int total = b.per_cell == 1 ? 1 : 8;         // sum of weights as in a brick
   const auto corner = [&](std::initializer_list<int> nodes) {
     int iw[5] = {};
     for (int a : nodes) iw[a] += total / static_cast<int>(nodes.size());
@@ -225,7 +225,7 @@ void fill_wedge(Filler& f, int body, int e)
   }
   // on the triangle at height j: the mean of nodes a and d, and of c
   const auto corner = [&](int a, int d, int c, int j) {
-    const int part = c >= 0 ? 1 : a == d ? m * m : m == 1 ? 1 : m * m / 2;     // as a brick has it
+    const int part = c >= 0 ? 1 : a == d ? m * m : m == 1 ? 1 : m * m / 2;     // weight as in a brick
     int iw[6] = {}, total = 0;
     for (int n = 0; n < 3; ++n) {
       if (n != a && n != d && n != c) continue;
@@ -249,7 +249,7 @@ void fill_wedge(Filler& f, int body, int e)
     }
 }
 
-// the corners at the nodes of an element, which those between may follow; weights as the lattice has them
+// the corners at the nodes of an element, which corners between may interpolate; weights as in the lattice
 void corners_at_nodes(Filler& f, const Body& b, int e)
 {
   const int total = b.per_cell * b.per_cell * (f.m.dim == 3 ? b.per_cell : 1);
@@ -284,7 +284,7 @@ void fill_element(Filler& f, int body, int e)
 
 namespace {
 
-// all points of the body are of this rank, as on one rank
+// this rank owns all points of the body
 void fill_elset(Filler& f, int body)
 {
   for (int e : f.m.elset[f.m.body[body].elset].item) {
@@ -295,12 +295,12 @@ void fill_elset(Filler& f, int body)
 
 using FaceKey = std::array<int, 4>;      // corners of a face, ascending, by their first names
 
-bool same_face(const FaceKey& a, const FaceKey& b)     // without a call of memcmp
+bool same_face(const FaceKey& a, const FaceKey& b)     // avoids a call of memcmp
 {
   return a[0] == b[0] && a[1] == b[1] && a[2] == b[2] && a[3] == b[3];
 }
 
-// of all faces of points, and of those near that are of other ranks, point after point
+// keys of all faces of points, then of the adjacent points of other ranks, point by point
 std::vector<FaceKey> face_keys(const Points& p)
 {
   std::vector<FaceKey> out;
@@ -329,7 +329,7 @@ void find_boundary(Points& p)
 {
   const std::vector<FaceKey> key = face_keys(p);
   const int corners  = p.ncorner + static_cast<int>(p.part.foreign.size());
-  const ListTable at = gather_lists(corners, [&](auto use) {       // by their last corner
+  const ListTable at = gather_lists(corners, [&](auto use) {       // faces by their last corner
     for (size_t f = 0; f < key.size(); ++f) use(key[f][3], static_cast<int>(f));
   });
   p.boundary.clear();
@@ -343,8 +343,8 @@ void find_boundary(Points& p)
     }
 }
 
-// faces of a surface on a body: all corners accepted by its expression. Returns the corners where that is no
-// number.
+// faces of a surface on a body: its expression accepts all corners. Returns the number of corners where its
+// value is not finite.
 int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<Face>& out)
 {
   int faults = 0;
@@ -367,7 +367,7 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
 
 namespace {
 
-// numbers of corners that are not here become places in foreign
+// replaces the numbers of corners of other ranks by indices into foreign
 void number_foreign(PointPart& part)
 {
   IntVec& all = part.foreign;
@@ -376,8 +376,8 @@ void number_foreign(PointPart& part)
     if (c < 0) c = -1 - static_cast<int>(std::lower_bound(all.begin(), all.end(), -1 - c) - all.begin());
 }
 
-// adds the numbers of points of other ranks with a face at side A of bonds or contact pairs, and a corner of
-// it that points of this rank have; all points of pts are of this rank. Collective
+// adds the numbers of points of other ranks with a face on side A of bonds or contact pairs and a corner of
+// that face on this rank; this rank owns all points of pts. Collective
 void add_bonded_points(const Model& m, const Points& pts, IntVec& known)
 {
   const ListTable at = gather_lists(pts.ncorner, [&](auto use) {
@@ -392,15 +392,15 @@ void add_bonded_points(const Model& m, const Points& pts, IntVec& known)
   });
   Halo halo;
   halo_form(std::vector<long>(pts.part.corner.begin(), pts.part.corner.end()), halo);
-  std::vector<IntVec> tell(comm_size());
+  std::vector<IntVec> send(comm_size());
   for (int r = 0; r < comm_size(); ++r)
-    for (int c : halo.common[r]) tell[r].insert(tell[r].end(), at.begin(c), at.begin(c + 1));
-  for (const IntVec& told : comm_exchange(tell)) known.insert(known.end(), told.begin(), told.end());
+    for (int c : halo.common[r]) send[r].insert(send[r].end(), at.begin(c), at.begin(c + 1));
+  for (const IntVec& list : comm_exchange(send)) known.insert(known.end(), list.begin(), list.end());
   sort_once(known);
 }
 
-// the points of all bodies, or (plan) those that are here: of this rank, and known ones (numbers); returns
-// the errors
+// the points of all bodies, or (plan) the owned and halo points of this rank (known: numbers of the latter);
+// returns the number of errors
 int fill_bodies(const Model& m, FillPlan* plan, const IntVec& known, Points& pts)
 {
   pts = Points();
@@ -434,7 +434,7 @@ int fill_bodies(const Model& m, FillPlan* plan, const IntVec& known, Points& pts
 int point_fill(const Model& m, Points& pts)
 {
   FillPlan plan;
-  IntVec known;                // numbers of points of other ranks that are here
+  IntVec known;                // numbers of the halo points
   int errors = m.part.points ? fill_plan(m, plan) : 0;
   if (errors) return errors;
   errors = fill_bodies(m, m.part.points ? &plan : nullptr, known, pts);
@@ -442,7 +442,7 @@ int point_fill(const Model& m, Points& pts)
   if (!pts.part.on) return errors;
   errors = comm_allreduce_max(errors);
   if (errors) return errors;
-  fill_plan_near(m.part.near_point, m.dim, plan);
+  fill_plan_halo(m.part.near_point, m.dim, plan);
   for (const PointHome& p : m.part.near_point) known.push_back(p.point);
   add_bonded_points(m, pts, known);
   if (comm_allreduce_max(static_cast<int>(!known.empty()))) {
@@ -482,8 +482,8 @@ bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, do
 
 namespace {
 
-// is the corner c of a point on face f of the element e that it was? By the nodes that it hangs on, or by its
-// place
+// does the corner c of a point lie on face f of its parent element e? Judged by the nodes that it
+// interpolates, or by its position
 bool on_element_face(const Model& m, const Points& pts, int e, int f, int c)
 {
   const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[e]].shape];
@@ -500,14 +500,14 @@ bool on_element_face(const Model& m, const Points& pts, int e, int f, int c)
   }
   double N[8];
   if (!point_corner_in_element(m, pts, e, c, N)) return false;
-  double beside = 0.0;
+  double off_face = 0.0;       // weight of the nodes that are not on the face
   for (int a = 0; a < info.nen; ++a)
-    if (!of_face(node[a])) beside += std::fabs(N[a]);
-  return beside < 1e-9;
+    if (!of_face(node[a])) off_face += std::fabs(N[a]);
+  return off_face < 1e-9;
 }
 
-// the faces of points where a surface of elements goes on: those of its faces whose element became points,
-// in the order of the points, which bonds keep in a restart file
+// the faces of points that continue a surface of elements: on its faces whose element was converted, in the
+// order of the points, which bonds keep in a restart file
 void follow_surface(const Model& m, const Surface& s, const Points& pts, std::vector<Face>& out)
 {
   for (const Face& f : s.face) {
@@ -579,8 +579,8 @@ void point_convert(const Model& m, int body, int e, int before, CornerShare& sha
 
 namespace {
 
-// G and V (area in 2D) of a domain with corners X from the Gauss place that its part of the element has:
-// number of m x m (x m)  (7.19)
+// G and V (area in 2D) of a domain with corners X from the Gauss point of its part of the element, which has
+// this number of m x m (x m)  (7.19)
 double gauss_weights(Shape shape, const double* X, int number, int m, double* G)
 {
   const int dim = shape_info[shape].dim;
@@ -607,7 +607,7 @@ void point_sample(const Model& m, int e, bool at_gauss, Points& pts)
     point_domain(pts, dim, pts.conn.begin(p), nen, X);
     const double V = at_gauss ? gauss_weights(shape, X, p - first, b.per_cell, G)
                               : cpdi_weights(shape, X, w, G);
-    // so far out a distorted element is turned inside out
+    // a distorted element can be inverted this far out
     if (!(V > 0.0)) return point_sample(m, e, false, pts);
     pts.kind[p]    = domain_gradients(pts.kind[p], nen, G, pts.kinds);
     pts.V0[p]      = V * (dim == 2 ? b.thickness : 1.0);

@@ -8,13 +8,13 @@
 
 namespace {
 
-// Plastic flow holds no shape, and the law sees the mean volume of a group alone: nothing would keep the
-// volume of one point. What it differs from the mean has this part of the stiffness of shear.
-// Test: A17 (stress/points_flow)
-const double HOLD = 0.1;
+// Plastic flow does not resist a change of shape, and the law uses the mean volume of a group only: nothing
+// would keep the volume of a single point. Its deviation from the mean is penalised with this fraction of the
+// shear modulus.  Test: A17 (stress/points_flow)
+const double HOLD_OF_SHEAR = 0.1;
 
-// of a law that flows: the stiffness of theta - thetabar of a point           (1.14a) force/length^2
-double point_hold(const MatLaw& law) { return law_flows(law.kind) && law.bar ? HOLD * law.mu : 0.0; }
+// stiffness of theta - thetabar of a point, of a law with plastic flow        (1.14a) force/length^2
+double point_hold(const MatLaw& law) { return law_flows(law.kind) && law.bar ? HOLD_OF_SHEAR * law.mu : 0.0; }
 
 // displacement gradient of point p: sum_c u_c (x) G_c                              (3.5)
 template <int D>
@@ -31,20 +31,20 @@ void gradient(const Points& pts, const RealVec& uc, int p, double* H)
   }
 }
 
-// law of point p, made of that of its body: intact, or broken with the degradation factor c
+// law of point p, from the law of its body: intact, or broken with the degradation factor c
 MatLaw law_now(const Model& m, const Points& pts, const MatLaw& of_body, int p, double c)
 {
   if (!pts.eroded(p)) return of_body;
   return law_broken(of_body, m.fracture[pts.broken[p]], c, &pts.normal[3 * static_cast<size_t>(p)]);
 }
 
-// an intact point whose law the packs do not know
+// an intact point whose law the packs do not support
 bool is_general(const Points& pts, const PointLaws& law, int p)
 {
   return !pts.eroded(p) && law_is_general(law.body[pts.body[p]]);
 }
 
-// history of point p at both ends of the step
+// history of point p at both ends of the increment
 HistoryStep history_of(const PointLaws& law, const Level& l0, Level& l1, int p)
 {
   return {history_at(l0.hp, law.history, p), history_at(l1.hp, law.history, p)};
@@ -56,8 +56,8 @@ bool reads_old(const Points& pts, const PointLaws& law, const KernelMode& mode, 
   return mode_reads_old(mode, law.body[pts.body[p]]);
 }
 
-// calls pack(points, n) for n <= PACK intact points of one body and number of corners, repeated to PACK, and
-// one(p) for broken ones and those of general laws, but for those in groups
+// calls pack(points, n) for n <= PACK intact points of the same body and number of corners, padded to PACK,
+// and one(p) for points that are broken or have a general law; points in groups are skipped
 template <class UsePack, class UseOne>
 void by_packs(const Points& pts, const PointLaws& law, const IntVec& owned, UsePack pack, UseOne one)
 {
@@ -135,12 +135,12 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
   return ip_general<D>(law_now(m, pts, law.body[pts.body[p]], p, c), mode, H0, H1, h.n, h.np1, Fb, S, C);
 }
 
-// ---- released points: a domain of its own has one mean gradient, and motions of its corners that this does
-// not see; they are held as by the Gauss points of an element                                        (7.33)
+// ---- released points: the one mean gradient of a domain does not see the hourglass modes of its corners;
+// they get the stiffness that the Gauss points of an element give them                               (7.33)
 
 struct Hourglass {
-  int modes = 0;               // 0: none, the point is not released, or its corners have no such motion
-  double gamma[4][8];          // vectors on the corners, orthogonal to all that F sees
+  int modes = 0;               // 0: the point is not released, or its shape has no hourglass modes
+  double gamma[4][8];          // vectors on the corners, orthogonal to linear displacement fields
   double k = 0.0;              // stiffness                                        force/length
 };
 
@@ -207,7 +207,7 @@ double hourglass_energy(const Points& pts, const MatLaw& law, const Level& l, in
   return sum;
 }
 
-// the tangent for the nodes of the grid that carry the corners: of a released point each node is one of them
+// the tangent for the grid unknowns of the corners: each unknown of a released point belongs to one corner
 template <int D>
 void hourglass_tangent(const Points& pts, const MatLaw& law, const KernelMode& mode, const ActiveGrid& grid,
                        int p, double* ke)
@@ -227,7 +227,7 @@ void hourglass_tangent(const Points& pts, const MatLaw& law, const KernelMode& m
               mode.s_new * g.k * g.gamma[m][corner_at[a]] * g.gamma[m][corner_at[b]];
 }
 
-// What a group of points gives to bar_form, on any nodes
+// Input of bar_form for a group of points, on any nodes
 template <int D>
 struct Group {
   RealVec H0, H1, dNdX, V0;
@@ -246,8 +246,8 @@ struct Group {
       history.push_back(history_of(law, l0, l1, p));
     }
   }
-  // nodes of all points of the group, ascending [n]; each(i, use) calls use(node, gradient [D]) for the nodes
-  // of its i-th point
+  // node [n]: nodes of all points of the group, ascending; each(i, use) calls use(node, gradient [D]) for the
+  // nodes of the i-th point
   template <class Each>
   void set_nodes(int n, const int* node, Each each)
   {
@@ -317,7 +317,7 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
                     const Level& l0, Level& l1, const IntVec& owned, const IntVec& groups, RealVec& fc,
                     int* worst)
 {
-  constexpr int block = D == 2 ? 4 : 8;              // corners of most points
+  constexpr int block = D == 2 ? 4 : 8;              // corners of a quadrilateral or brick
   Status status = STATUS_OK;
   by_packs(pts, law, owned, [&](const int* point, int n) {
     const MatLaw& of_body = law.body[pts.body[point[0]]];
@@ -532,7 +532,7 @@ void point_groups(const Points& pts, PointLaws& law)
 
 namespace {
 
-// place, displacement gradient and volume of a point; uc [ncorner*dim]
+// position, displacement gradient and volume of a point; uc [ncorner*dim]
 void point_motion(const Points& pts, int dim, const RealVec& uc, int p, IpFields& out)
 {
   out    = IpFields();
@@ -549,7 +549,7 @@ void point_motion(const Points& pts, int dim, const RealVec& uc, int p, IpFields
   }
 }
 
-// strain [6] that the law of a point sees, and the scale of its F                       (1.14)
+// strain [6] for the law of a point, and the scale of its F                             (1.14)
 template <int D>
 void general_strain(const Points& pts, const MatLaw& law, const RealVec& uc, int p, double* E, double* scale)
 {
@@ -577,10 +577,10 @@ void general_strain(const Points& pts, const MatLaw& law, const RealVec& uc, int
 
 template <int D>
 double viscous_loss(const Points& pts, const PointLaws& law, const Level& l0, const Level& l1,
-                    const IntVec& mine)
+                    const IntVec& owned)
 {
   double sum = 0.0, dE[6], E0[6], scale;
-  for (int p : mine) {
+  for (int p : owned) {
     const MatLaw& of_body = law.body[pts.body[p]];
     if (of_body.beta == 0.0 || pts.eroded(p)) continue;
     general_strain<D>(pts, of_body, l0.uc, p, E0, &scale);
@@ -606,8 +606,8 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
   if (m.dim == 2) general_strain<2>(pts, now, l.uc, p, E, &scale);
   else general_strain<3>(pts, now, l.uc, p, E, &scale);
   ip_general_from(now, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
-  const double apart = 3.0 * std::log(scale);                // thetabar - theta
-  out.psi += 0.5 * point_hold(now) * apart * apart;
+  const double deviation = 3.0 * std::log(scale);            // thetabar - theta
+  out.psi += 0.5 * point_hold(now) * deviation * deviation;
 }
 
 }  // namespace
@@ -630,9 +630,9 @@ double point_energy(const Model& m, const Points& pts, const Level& l, const Int
 }
 
 double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, const Level& l0, const Level& l1,
-                          const IntVec& mine)
+                          const IntVec& owned)
 {
-  return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, mine) : viscous_loss<3>(pts, law, l0, l1, mine);
+  return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, owned) : viscous_loss<3>(pts, law, l0, l1, owned);
 }
 
 MatLaw broken_law(const Model& m, const Points& pts, int p)
@@ -641,12 +641,12 @@ MatLaw broken_law(const Model& m, const Points& pts, int p)
   return law_broken(intact, m.fracture[pts.broken[p]], 0.0, &pts.normal[3 * static_cast<size_t>(p)]);
 }
 
-void point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& mine, double& plastic,
+void point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& owned, double& plastic,
                       double& cohesive)
 {
   const size_t history = point_history_size(pts, l);
   if (history == 0) return;
-  for (int p : mine) {
+  for (int p : owned) {
     const bool opened = pts.eroded(p) && m.fracture[pts.broken[p]].criterion == CRITERION_COHESIVE;
     const double* h = history_at(l.hp, history, p);
     double flowed   = 0.0;

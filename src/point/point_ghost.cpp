@@ -2,9 +2,9 @@
 
 namespace {
 
-// what material fills the active cells
+// material in the active cells
 struct CellFill {
-  // [ncell] largest of the points that reach into it; broken ones count with what they keep
+  // [ncell] maximum over the points that reach into the cell; broken points with their residual stiffness
   RealVec E, rho, thickness;
   std::vector<char> boundary;  // [ncell] a neighbour is not active
 };
@@ -15,7 +15,7 @@ void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const std:
 {
   f.E.assign(cell.size(), 0.0);
   f.rho = f.thickness = f.E;
-  CellPlace s;
+  CellPosition s;
   for (int q = 0; q < pts.npoint; ++q) {
     if (pts.released[q]) continue;
     const Body& body    = m.body[pts.body[q]];
@@ -44,7 +44,7 @@ void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const std:
   }
 }
 
-// the active cell beside cell c, one on in direction axis (by = 1) or back (by = -1); -1: not active
+// the active cell adjacent to cell c in direction axis, next (by = 1) or previous (by = -1); -1: not active
 int neighbour(const Grid& g, int dim, const std::vector<long>& cell, int c, int axis, int by)
 {
   int at[3];
@@ -53,10 +53,10 @@ int neighbour(const Grid& g, int dim, const std::vector<long>& cell, int c, int 
   return at[axis] < 0 || at[axis] >= g.n[axis] ? -1 : find_key(cell, cell_key(g, dim, field, at));
 }
 
-// The places of Gauss on the face between cell c and the one that follows in direction axis, exact for the
-// square of the jump.
-// Jump times h of the gradient normal to the face: sum_k N_k (u_k(before) - 2 u_k + u_k(behind)) over the
-// nodes k of the face.
+// Gauss points on the face between a cell and the next one in direction axis, exact for the square of the
+// jump.
+// Jump of the normal gradient times h: sum_k N_k (u_k(before) - 2 u_k + u_k(after)) over the nodes k of the
+// face.
 template <int D>
 void add_face(const Model& m, const std::vector<long>& node, long cell, int axis, double k, double mass,
               ActiveGrid& g)
@@ -70,7 +70,7 @@ void add_face(const Model& m, const std::vector<long>& node, long cell, int axis
       int to[3] = {at[0], at[1], at[2]};
       for (int i = 0, bit = 0; i < D; ++i) to[i] += i == axis ? j : (a >> bit++) & 1;
       list[3 * a + j] = find_key(node, node_key(m.grid, D, field, to));
-      if (list[3 * a + j] < 0) return;               // no corner sees that node
+      if (list[3 * a + j] < 0) return;               // no corner touches that node
     }
   for (int q = 0; q < corners; ++q) {
     for (int a = 0; a < corners; ++a) {

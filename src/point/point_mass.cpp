@@ -22,7 +22,7 @@ void point_add_mass(const Points& pts, int first, RealVec& mass)
 
 namespace {
 
-// the domains of list at each corner: where it stands in Points::conn.item; of: the domain of such a place
+// the domains of list around each corner, as indices into Points::conn.item; of: the domain of such an item
 ListTable domains_around(const Points& pts, const IntVec& list, IntVec& of)
 {
   of.resize(pts.conn.item.size());
@@ -48,7 +48,7 @@ std::uint64_t sum_of_domains(const Points& pts, const IntVec& list)
   return sum ? sum : 1;
 }
 
-// the numbers of a corner in all directions, together in vector registers
+// the components of a corner value, in one vector register
 template <int D>
 using Dirs = Eigen::Array<double, D, 1>;
 
@@ -82,7 +82,7 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
   IntVec of;
   const ListTable around = domains_around(pts, list, of);
   m.diag.assign(pts.ncorner, 0.0);
-  IntVec place(pts.ncorner, -1);                     // of a corner in col, where it was seen last
+  IntVec last(pts.ncorner, -1);                      // [corner] index of its last entry in col
   for (int c = 0; c < pts.ncorner; ++c) {
     for (int k = around.off[c]; k < around.off[c + 1]; ++k) {
       const int p = of[around.item[k]], a = around.item[k] - pts.conn.off[p], *corner = pts.conn.begin(p);
@@ -91,14 +91,14 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
         const double mass = pts.mc(p)[a >= b ? pair_place(a, b) : pair_place(b, a)];
         if (d == c) m.diag[c] += mass;
         if (d >= c) continue;
-        if (place[d] < m.off[c]) {
-          place[d] = static_cast<int>(m.col.size());
+        if (last[d] < m.off[c]) {
+          last[d] = static_cast<int>(m.col.size());
           room_for(m.col, 1, 8);
           room_for(m.val, 1, 8);
           m.col.push_back(d);
           m.val.push_back(0.0);
         }
-        m.val[place[d]] += mass;
+        m.val[last[d]] += mass;
       }
     }
     m.off.push_back(static_cast<int>(m.col.size()));
@@ -113,7 +113,7 @@ RealVec point_corner_momentum(const CornerMass& m, int dim, const RealVec& vc)
   return q;
 }
 
-void point_place(const Points& pts, int dim, int p, double X[3])
+void point_centre(const Points& pts, int dim, int p, double X[3])
 {
   std::fill(X, X + 3, 0.0);
   const double* w = pts.w(p);

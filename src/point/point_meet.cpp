@@ -8,11 +8,11 @@
 
 namespace {
 
-// Points of this rank, and behind them those near that are not
+// Points of this rank, followed by the points of other ranks that share corners with them
 struct Around {
   const Points& pts;
-  IntVec known;                // others are here: numbers of those that are meant
-  int own = 0;                 // of this rank
+  IntVec known;                // the points in the list; empty: all points are owned
+  int own = 0;                 // owned points
   Around(const Points& p, const GridShare& share) : pts(p), own(p.npoint)
   {
     if (!share.on || std::find(share.point.begin(), share.point.end(), 0) == share.point.end()) return;
@@ -30,36 +30,36 @@ struct Around {
     for (int q = 0; q < pts.npoint; ++q)
       if (!share.point[q] && any(q)) known.push_back(q);
   }
-  bool all() const { return own == pts.npoint; }     // no others are here
+  bool all() const { return own == pts.npoint; }     // all points are owned
   int here() const { return all() ? own : static_cast<int>(known.size()); }
-  int number(int q) const { return all() ? q : known[q]; }       // of a point that is here
+  int number(int q) const { return all() ? q : known[q]; }       // index into Points, q < here()
   int count() const { return here() + pts.part.near.size(); }
   int ncorner() const { return pts.ncorner + static_cast<int>(pts.part.foreign.size()); }
-  // calls use(corner) for the corners of point q; those that are not here are counted behind the others
+  // calls use(corner) for the corners of point q; foreign corners are numbered after the others
   template <class Use>
   void each(int q, Use use) const
   {
-    const bool near = q >= here();
-    const ListTable& list = near ? pts.part.near : pts.conn;
-    const int at = near ? q - here() : number(q);
+    const bool foreign = q >= here();
+    const ListTable& list = foreign ? pts.part.near : pts.conn;
+    const int at = foreign ? q - here() : number(q);
     for (int k = list.off[at]; k < list.off[at + 1]; ++k)
       use(list.item[k] >= 0 ? list.item[k] : pts.ncorner - 1 - list.item[k]);
   }
-  // number of a corner among those of all ranks
+  // number of a corner among the corners of all ranks
   int corner_number(int c) const
   {
     return c < pts.ncorner ? pts.corner_number(c) : pts.part.foreign[c - pts.ncorner];
   }
 };
 
-// Points that hang together by their corners
+// Points connected by common corners
 struct Patch {
   const Around& all;
-  IntVec last, first;          // [ncorner] for which count a corner was seen last, and the item that has it
-  int counts = 0;
+  IntVec last, first;          // [ncorner] the last call that saw the corner, and the last item with it
+  int counts = 0;              // calls
   explicit Patch(const Around& a) : all(a), last(a.ncorner(), -1), first(a.ncorner()) {}
 
-  // joins points of list that hang together; returns how many parts they are
+  // joins points of list that share corners; returns the number of connected parts
   int join(const int* list, int n, Forest& parts)
   {
     int pieces = n;
@@ -82,10 +82,10 @@ struct Patch {
   }
 };
 
-// points around a node and those that share a corner with one of them
+// points around a node and the points that share a corner with one of them
 struct Wide {
   const Around& all;
-  ListTable of_corner;         // when it was asked for
+  ListTable of_corner;         // points around each corner, built at the first use
   IntVec list(const int* point, int n)
   {
     if (of_corner.size() == 0)
@@ -102,17 +102,17 @@ struct Wide {
   }
 };
 
-// The parts of the points at nodes that several ranks have, told to the first of these: key of the node, how
-// many corners of the part another rank may have in one of its own (wider: that it may know), and their
-// numbers. Do the parts of one node hang together by them?
+// The connected parts of the points at nodes that several ranks touch, sent to the first of these: key of the
+// node, the number of corners of the part that another rank may have in a part of its own (wider: may store),
+// and their numbers. Are the parts of a node connected by them?
 struct Shared {
   const Around& all;
   std::vector<char> border;    // [ncorner] such corners
-  IntVec last;                 // [ncorner] for which count a corner was seen last
-  int counts = 0;
-  std::vector<std::vector<long>> tell;
+  IntVec last;                 // [ncorner] the last call of add that saw the corner
+  int counts = 0;              // calls of add
+  std::vector<std::vector<long>> send;
   Shared(const Around& around, bool wider)
-      : all(around), border(all.ncorner(), 0), last(all.ncorner(), -1), tell(comm_size())
+      : all(around), border(all.ncorner(), 0), last(all.ncorner(), -1), send(comm_size())
   {
     const PointPart& part = all.pts.part;
     if (part.window && !wider) {
@@ -122,7 +122,7 @@ struct Shared {
     for (int c : part.halo.shared) border[c] = 1;
     for (int q = all.own; q < all.count(); ++q) all.each(q, [&](int c) { border[c] = 1; });
     if (!wider) return;
-    IntVec beside;             // points of this rank that are near to others
+    IntVec beside;             // points of this rank with a border corner
     for (int q = 0; q < all.own; ++q) {
       bool shares = false;
       all.each(q, [&](int c) { shares = shares || border[c]; });
@@ -131,7 +131,7 @@ struct Shared {
     for (int q : beside) all.each(q, [&](int c) { border[c] = 1; });
   }
 
-  // parts: of the points of list; no two of them have a corner in common
+  // parts: of the points of list; no two parts have a corner in common
   void add(int rank, long key, const IntVec& list, Forest& parts)
   {
     std::vector<std::pair<int, long>> corner;          // root of the part, number; -1: the part itself
@@ -146,8 +146,8 @@ struct Shared {
       });
     }
     std::sort(corner.begin(), corner.end());
-    std::vector<long>& to = tell[rank];
-    size_t count = 0;          // where it stands
+    std::vector<long>& to = send[rank];
+    size_t count = 0;          // index of the count in the message
     for (const auto& [root, number] : corner) {
       if (number < 0) {
         to.insert(to.end(), {key, 0});
@@ -166,17 +166,17 @@ struct Shared {
     int rank;
   };
 
-  // keys of the nodes of this rank where they do not, ascending. Collective
-  std::vector<long> apart() const
+  // keys of the nodes of this rank where the parts are not connected, ascending. Collective
+  std::vector<long> unconnected() const
   {
-    const std::vector<std::vector<long>> told = comm_exchange(tell);
+    const std::vector<std::vector<long>> received = comm_exchange(send);
     std::vector<Part> part;
-    for (size_t r = 0; r < told.size(); ++r)
-      for (size_t i = 0; i < told[r].size(); i += 2 + static_cast<size_t>(told[r][i + 1]))
-        part.push_back({told[r][i], &told[r][i] + 2, told[r][i + 1], static_cast<int>(r)});
+    for (size_t r = 0; r < received.size(); ++r)
+      for (size_t i = 0; i < received[r].size(); i += 2 + static_cast<size_t>(received[r][i + 1]))
+        part.push_back({received[r][i], &received[r][i] + 2, received[r][i + 1], static_cast<int>(r)});
     std::stable_sort(part.begin(), part.end(), [](const Part& a, const Part& b) { return a.key < b.key; });
     std::vector<std::pair<long, int>> corner;          // number, part
-    std::vector<std::vector<long>> found(told.size());
+    std::vector<std::vector<long>> found(received.size());
     for (size_t first = 0, end; first < part.size(); first = end) {
       corner.clear();
       for (end = first; end < part.size() && part[end].key == part[first].key; ++end)
@@ -203,7 +203,8 @@ struct Shared {
   }
 };
 
-// nodes of this rank alone, or, when all are here, those whose turn it is: points that do not hang together
+// are points unconnected at a node of this rank alone, or, where all ranks have all points,
+// at a node of its share?
 bool meet_here(const Around& all, long nnode, const ListTable& around, const KeyHalo* halo)
 {
   const int ranks = comm_size(), me = comm_rank();
@@ -218,15 +219,15 @@ bool meet_here(const Around& all, long nnode, const ListTable& around, const Key
   return false;
 }
 
-// Nodes that other ranks have too, and where the points around them do not hang together: their keys. wider:
-// with the points that share a corner, at the nodes of keys
+// Keys of the nodes shared with other ranks where the points around them are not connected. wider: including
+// the points that share a corner, at the nodes of keys
 std::vector<long> meet_between(const Around& all, const ListTable& around, const KeyHalo& halo, bool wider,
                                const std::vector<long>& keys)
 {
   Shared shared(all, wider);
   Patch patch(all);
   Wide wide{all, {}};
-  for (int n : halo.mine) {
+  for (int n : halo.here) {
     if (!halo.shared[n] || around.count(n) == 0) continue;
     if (wider && !std::binary_search(keys.begin(), keys.end(), halo.key[n])) continue;
     const IntVec list = wider ? wide.list(around.begin(n), around.count(n))
@@ -235,7 +236,7 @@ std::vector<long> meet_between(const Around& all, const ListTable& around, const
     patch.join(list.data(), static_cast<int>(list.size()), parts);
     shared.add(halo.first[n], halo.key[n], list, parts);
   }
-  return shared.apart();
+  return shared.unconnected();
 }
 
 }  // namespace

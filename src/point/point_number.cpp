@@ -7,11 +7,11 @@
 
 namespace {
 
-// What an element has made, told by the rank that works on it
+// Number of points and corners that the conversion of an element created, sent by the owner of the element
 struct Made { int turn, points, corners; };
 
-// numbers of the first point and the first corner of each element that became points, by turn; npoint and
-// ncorner of all ranks go on
+// numbers of the first point and the first corner of each converted element, by turn; adds to npoint and
+// ncorner of all ranks
 std::vector<Made> first_numbers(std::vector<Made> made, PointPart& part)
 {
   comm_allgatherv(made);
@@ -26,7 +26,7 @@ std::vector<Made> first_numbers(std::vector<Made> made, PointPart& part)
   return first;
 }
 
-// calls use(point) for the points of element e, if it has become any
+// calls use(point) for the points of element e, if it is converted
 template <class Use>
 void each_point(const Points& pts, int e, Use use)
 {
@@ -34,7 +34,7 @@ void each_point(const Points& pts, int e, Use use)
   for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p) use(p);
 }
 
-// calls use(corner) for their corners, one point after the other
+// calls use(corner) for their corners, point by point
 template <class Use>
 void each_corner(const Points& pts, int e, Use use)
 {
@@ -43,21 +43,21 @@ void each_corner(const Points& pts, int e, Use use)
   });
 }
 
-// numbers of the corners of elements of this rank, to all that know their points; those that are not known
-// here yet (-1) are left out
-void tell_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
+// sends the numbers of the corners of owned elements to all ranks that store their points; numbers that are
+// not known here yet (-1) are ignored there
+void send_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
 {
   const Halo& around = m.part.around_points;
   const int ranks = comm_size(), me = comm_rank();
   IntVec& number = pts.part.corner;
-  std::vector<IntVec> tell(ranks);
+  std::vector<IntVec> send(ranks);
   for (int r = 0; r < ranks && around.on(); ++r)
     for (int e : around.common[r])
       if (fresh[e] && around.owner[e] == me)
-        each_corner(pts, e, [&](int c) { tell[r].push_back(number[c]); });
-  const std::vector<IntVec> told = comm_exchange(tell);
+        each_corner(pts, e, [&](int c) { send[r].push_back(number[c]); });
+  const std::vector<IntVec> received = comm_exchange(send);
   for (int r = 0; r < ranks && around.on(); ++r) {
-    const int* next = told[r].data();
+    const int* next = received[r].data();
     for (int e : around.common[r]) {
       if (!fresh[e] || around.owner[e] != r) continue;
       each_corner(pts, e, [&](int c) {
@@ -104,9 +104,9 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
     for (int i = made.off[at]; i < made.off[at + 1] && m.part.works(e); ++i)
       part.corner[made.item[i]] = corner++;
   }
-  // at first those that an element has made, which others may share with one of theirs; then all
-  tell_numbers(m, fresh, pts);
-  tell_numbers(m, fresh, pts);
+  // first the corners that an element created, which elements of other ranks may share; then all
+  send_numbers(m, fresh, pts);
+  send_numbers(m, fresh, pts);
   point_find_common(m.part, point_ranks(m.part, pts), pts);
 }
 
@@ -127,23 +127,23 @@ void point_number_released(const Model& m, const IntVec& which, const IntVec& tu
     for (int a = 0; a < made[k]; ++a) part.corner.push_back(first[turn[k]].corners + a);
   point_find_common(m.part, point_ranks(m.part, pts), pts);
   pts.apart.resize(pts.ncorner, 0);
-  halo_copy(part.halo, 1, pts.apart);      // of elements that are not here too
+  halo_copy(part.halo, 1, pts.apart);      // also from elements that this rank does not store
 }
 
-void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l)
+void point_copy_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l)
 {
   const int ranks = comm_size(), me = comm_rank();
   if (n == 0 || !part.around_points.on()) return;
-  std::vector<RealVec> tell(ranks);
+  std::vector<RealVec> send(ranks);
   for (int r = 0; r < ranks; ++r)
     for (int e : part.around_points.common[r])
       each_point(pts, e, [&](int p) {
         const double* h = &l.hp[static_cast<size_t>(p) * n];
-        if (rank[p] == me) tell[r].insert(tell[r].end(), h, h + n);
+        if (rank[p] == me) send[r].insert(send[r].end(), h, h + n);
       });
-  const std::vector<RealVec> told = comm_exchange(tell);
+  const std::vector<RealVec> received = comm_exchange(send);
   for (int r = 0; r < ranks; ++r) {
-    const double* next = told[r].data();
+    const double* next = received[r].data();
     for (int e : part.around_points.common[r])
       each_point(pts, e, [&](int p) {
         if (rank[p] != r) return;
@@ -155,7 +155,7 @@ void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& 
 
 namespace {
 
-// corners in the order of their numbers; those that have come since behind the others
+// sorts the corners by number; those added since the last call are merged in
 void sort_numbers(PointPart& part)
 {
   IntVec& list = part.numbered;
@@ -167,8 +167,8 @@ void sort_numbers(PointPart& part)
   std::inplace_merge(list.begin(), list.begin() + static_cast<long>(known), list.end(), before);
 }
 
-// [ranks] corners of elements that this rank and that one have, and of points from the start, ascending by
-// their numbers: others have none but these
+// [ranks] corners of the elements and of the original points that this rank and that one store, ascending by
+// number: the two ranks have no other corners in common
 std::vector<IntVec> common_corners(const MeshPart& mesh, const Points& pts)
 {
   const int ranks = comm_size();
@@ -192,42 +192,42 @@ void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts)
   const int ranks = comm_size(), me = comm_rank();
   PointPart& part = pts.part;
   MPFE_CHECK(std::find(part.corner.begin(), part.corner.end(), -1) == part.corner.end(),
-             "a corner that others have made has no number");
+             "a corner created on another rank has no number");
   sort_numbers(part);
   std::vector<char> own(pts.ncorner, 0);
   for (int p = 0; p < pts.npoint; ++p)
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1] && rank[p] == me; ++k) own[pts.conn.item[k]] = 1;
   Halo halo;
   halo.common = common_corners(mesh, pts);
-  std::vector<std::vector<char>> tell(ranks);
+  std::vector<std::vector<char>> send(ranks);
   for (int r = 0; r < ranks; ++r)
-    for (int c : halo.common[r]) tell[r].push_back(own[c]);
-  const std::vector<std::vector<char>> told = comm_exchange(tell);
-  // of the ranks with a point: how many, and their sum, from which the owner follows as in halo_form
-  IntVec many(own.begin(), own.end()), sum(pts.ncorner, 0);
+    for (int c : halo.common[r]) send[r].push_back(own[c]);
+  const std::vector<std::vector<char>> received = comm_exchange(send);
+  // of the ranks that own a point with the corner: number and sum, which give the owner as in halo_form
+  IntVec nowner(own.begin(), own.end()), sum(pts.ncorner, 0);
   std::vector<char> shared(pts.ncorner, 0);
   for (int c = 0; c < pts.ncorner; ++c) sum[c] = own[c] * me;
   for (int r = 0; r < ranks; ++r)
     for (size_t i = 0; i < halo.common[r].size(); ++i) {
       const int c = halo.common[r][i];
       shared[c] = 1;
-      many[c] += told[r][i];
-      sum[c] += told[r][i] * r;
+      nowner[c] += received[r][i];
+      sum[c] += received[r][i] * r;
     }
   part.several.resize(pts.ncorner);
-  for (int c = 0; c < pts.ncorner; ++c) part.several[c] = many[c] > 1;
+  for (int c = 0; c < pts.ncorner; ++c) part.several[c] = nowner[c] > 1;
   halo.owner.assign(pts.ncorner, -1);
-  IntVec place(pts.ncorner, 0);          // of the owner among these ranks, ascending
+  IntVec turns(pts.ncorner, 0);          // ranks to be skipped before the owner, ascending
   for (int c = 0; c < pts.ncorner; ++c)
-    if (many[c]) place[c] = sum[c] % many[c];
+    if (nowner[c]) turns[c] = sum[c] % nowner[c];
   const auto take = [&](int c, int r) {
-    if (place[c]-- == 0) halo.owner[c] = r;
+    if (turns[c]-- == 0) halo.owner[c] = r;
   };
   for (int r = 0; r < ranks; ++r) {
     for (int c = 0; c < pts.ncorner && r == me; ++c)
       if (own[c]) take(c, me);
     for (size_t i = 0; i < halo.common[r].size(); ++i)
-      if (told[r][i]) take(halo.common[r][i], r);
+      if (received[r][i]) take(halo.common[r][i], r);
   }
   for (int c = 0; c < pts.ncorner; ++c)
     if (shared[c]) halo.shared.push_back(c);
@@ -246,7 +246,7 @@ void share_corners(const std::vector<char>& own, PointPart& part)
   halo_form(key, halo);
   part.held = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
   if (!part.held) {
-    part.halo = std::move(halo);                     // all corners are own
+    part.halo = std::move(halo);                     // owned points have all corners
     return;
   }
   IntVec owner(own.size(), -1);
@@ -254,14 +254,14 @@ void share_corners(const std::vector<char>& own, PointPart& part)
     if (own[c]) owner[c] = halo.owner[k++];
   key.assign(part.corner.begin(), part.corner.end());
   halo_form(key, halo);
-  std::vector<IntVec> tell(ranks);
+  std::vector<IntVec> send(ranks);
   for (int r = 0; r < ranks; ++r)
-    for (int c : halo.common[r]) tell[r].push_back(owner[c]);
-  const std::vector<IntVec> told = comm_exchange(tell);
+    for (int c : halo.common[r]) send[r].push_back(owner[c]);
+  const std::vector<IntVec> received = comm_exchange(send);
   for (int r = 0; r < ranks; ++r)
-    for (size_t i = 0; i < told[r].size(); ++i) {
+    for (size_t i = 0; i < received[r].size(); ++i) {
       int& of = owner[halo.common[r][i]];
-      of = std::max(of, told[r][i]);
+      of = std::max(of, received[r][i]);
     }
   halo.owner.swap(owner);
   part.halo = std::move(halo);

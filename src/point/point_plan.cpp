@@ -1,6 +1,6 @@
 // Several ranks: domains of elements that are material points from the start, and their numbers. Each rank
-// plans the lattices of its elements and of those around them, as one rank does in the order of the deck, so
-// it finds which element makes a corner; numbers come from the ranks of these.
+// plans the lattices of its elements and of their neighbours in the order of the deck, as a run on one rank
+// would, and so finds the element that creates a corner; the owner of that element sends the number.
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -12,16 +12,16 @@
 
 namespace {
 
-// How many points and corners an element makes, or its first ones; elem: number in the mesh of the deck
+// Number of points and corners that an element creates, or its first ones; elem: number in the deck's mesh
 struct PlanCount { int elem, points, corners; };
 
-// An element that is planned: its domains in the list of its body, and the corners that it makes
+// A planned element: its domains in the list of its body, and the corners that it creates
 struct Planned { int elem, body, first, end, corner, corner_end; };
 
 int corners(const Domain& d) { return shape_info[d.shape].nen; }
 
-// Counts of the elements of this rank become numbers of their first point and corner, in the order of the
-// deck; rank 0 alone sees all of them. npoint and ncorner of all ranks go on. Collective
+// Converts the counts of owned elements to the numbers of their first point and corner, in the order of the
+// deck; rank 0 alone gathers all counts. Adds to npoint and ncorner of all ranks. Collective
 void planned_numbers(PointPart& part, std::vector<PlanCount>& own)
 {
   std::vector<std::vector<PlanCount>> of_rank = comm_gather(own);
@@ -40,7 +40,7 @@ void planned_numbers(PointPart& part, std::vector<PlanCount>& own)
   part.ncorner = comm_bcast(part.ncorner);
 }
 
-// domains of one body; those of this rank get their numbers, and the corners that its elements make
+// domains of one body; numbers the domains of owned elements, and the corners that these create
 void plan_body(Filler& f, int body, std::vector<Planned>& planned)
 {
   const MeshPart& mesh = f.m.part;
@@ -72,14 +72,14 @@ void plan_body(Filler& f, int body, std::vector<Planned>& planned)
   }
 }
 
-// numbers of the points and corners of elements of this rank, to all that have planned them; those that are
-// not known here yet (-1) are left out. of_elem: index into planned, -1
-void tell_numbers(const MeshPart& mesh, const std::vector<Planned>& planned, const IntVec& of_elem,
+// sends the numbers of the points and corners of owned elements to all ranks that planned them; numbers that
+// are not known here yet (-1) are ignored there. of_elem: index into planned, -1
+void send_numbers(const MeshPart& mesh, const std::vector<Planned>& planned, const IntVec& of_elem,
                   FillPlan& plan)
 {
   if (!mesh.around.on()) return;
   const int ranks = comm_size(), me = comm_rank();
-  // calls use(number) for those of the elements of a rank that another one has too, always in the same order
+  // calls use(number) for the elements of owner that other stores too, always in the same order
   const auto each = [&](int other, int owner, auto use) {
     for (int e : mesh.around.common[other]) {
       if (of_elem[e] < 0 || mesh.rank[e] != owner) continue;
@@ -91,24 +91,24 @@ void tell_numbers(const MeshPart& mesh, const std::vector<Planned>& planned, con
       }
     }
   };
-  std::vector<IntVec> tell(ranks);
-  for (int r = 0; r < ranks; ++r) each(r, me, [&](int number) { tell[r].push_back(number); });
-  const std::vector<IntVec> told = comm_exchange(tell);
+  std::vector<IntVec> send(ranks);
+  for (int r = 0; r < ranks; ++r) each(r, me, [&](int number) { send[r].push_back(number); });
+  const std::vector<IntVec> received = comm_exchange(send);
   for (int r = 0; r < ranks; ++r) {
-    const int* next = told[r].data();
+    const int* next = received[r].data();
     each(r, r, [&](int& number) { number = std::max(number, *next++); });
   }
 }
 
-// A corner of a domain that another rank asks for
+// A corner of a domain that another rank has requested
 struct CornerAt { int number; double X[3]; };
 
-// corners of the plan by their numbers; those that are not there come behind the others
+// corners of the plan by number; missing ones are appended
 struct ByNumber {
   FillPlan& plan;
   int dim;
-  IntVec order;                // corners that the plan has had, ascending
-  std::map<int, int> added;    // number and place of others
+  IntVec order;                // original corners of the plan, ascending by number
+  std::map<int, int> added;    // number and index of the others
   ByNumber(FillPlan& p, int d) : plan(p), dim(d), order(p.number.size())
   {
     std::iota(order.begin(), order.end(), 0);
@@ -128,37 +128,37 @@ struct ByNumber {
   }
 };
 
-// [corner] one of these domains of this rank (numbers, ascending) has it
+// [corner] 1: belongs to one of these domains of this rank (numbers, ascending)
 std::vector<char> corners_of(const IntVec& number, const FillPlan& plan)
 {
   std::vector<char> out(plan.number.size(), 0);
-  const auto asked = [&](const Domain& d) {
+  const auto listed = [&](const Domain& d) {
     return d.rank == comm_rank() && std::binary_search(number.begin(), number.end(), d.point);
   };
   for (const std::vector<Domain>& list : plan.domain)
     for (const Domain& d : list)
-      for (int a = 0; a < corners(d) && asked(d); ++a) out[d.corner[a]] = 1;
+      for (int a = 0; a < corners(d) && listed(d); ++a) out[d.corner[a]] = 1;
   return out;
 }
 
-// What a rank is told: domains of each body [body], with the numbers of their corners, and the places of the
-// corners of those that it has asked for
-struct Told {
+// Message to a rank: domains of each body [body] with the numbers of their corners, and the positions of the
+// corners of the requested domains
+struct DomainMessage {
   std::vector<std::vector<Domain>> domain;
-  std::vector<CornerAt> place;
+  std::vector<CornerAt> position;
 };
 
-// of domains of this rank (numbers, ascending), and of those that share a corner with them
-Told domains_near(const IntVec& asked, int dim, const FillPlan& plan)
+// the requested domains of this rank (numbers, ascending), and the domains that share a corner with them
+DomainMessage domains_around(const IntVec& requested, int dim, const FillPlan& plan)
 {
-  Told out;
+  DomainMessage out;
   out.domain.resize(plan.domain.size());
-  if (asked.empty()) return out;
-  const std::vector<char> with = corners_of(asked, plan);
+  if (requested.empty()) return out;
+  const std::vector<char> with = corners_of(requested, plan);
   for (size_t c = 0; c < with.size(); ++c) {
     if (!with[c]) continue;
-    out.place.push_back({plan.number[c], {0, 0, 0}});
-    std::copy_n(&plan.X[c * dim], dim, out.place.back().X);
+    out.position.push_back({plan.number[c], {0, 0, 0}});
+    std::copy_n(&plan.X[c * dim], dim, out.position.back().X);
   }
   for (size_t b = 0; b < plan.domain.size(); ++b)
     for (Domain d : plan.domain[b]) {
@@ -169,14 +169,14 @@ Told domains_near(const IntVec& asked, int dim, const FillPlan& plan)
   return out;
 }
 
-// domains that other ranks tell, with the numbers of their corners, join the list
-void join_domains(const std::vector<Domain>& told, ByNumber& of, std::vector<Domain>& list)
+// adds domains received from other ranks, with the numbers of their corners, to the list
+void join_domains(const std::vector<Domain>& received, ByNumber& of, std::vector<Domain>& list)
 {
-  for (Domain d : told) {
+  for (Domain d : received) {
     for (int a = 0; a < corners(d); ++a) d.corner[a] = of.corner(d.corner[a]);
     list.push_back(d);
   }
-  std::stable_sort(list.begin(), list.end(),         // what was here comes first
+  std::stable_sort(list.begin(), list.end(),         // of equal domains the one already here is first
                    [](const Domain& a, const Domain& b) { return a.point < b.point; });
   const auto same = [](const Domain& a, const Domain& b) { return a.point == b.point; };
   list.erase(std::unique(list.begin(), list.end(), same), list.end());
@@ -205,33 +205,34 @@ int fill_plan(const Model& m, FillPlan& plan)
   if (errors) return errors;
   IntVec of_elem(m.mesh.nelem(), -1);
   for (size_t k = 0; k < planned.size(); ++k) of_elem[planned[k].elem] = static_cast<int>(k);
-  // at first those that an element has made, which others may share with one of theirs; then all
-  tell_numbers(m.part, planned, of_elem, plan);
-  tell_numbers(m.part, planned, of_elem, plan);
+  // first the corners that an element creates, which elements of other ranks may share; then all
+  send_numbers(m.part, planned, of_elem, plan);
+  send_numbers(m.part, planned, of_elem, plan);
   MPFE_CHECK(std::find(plan.number.begin(), plan.number.end(), -1) == plan.number.end(),
              "a corner of an element that is material points has no number");
   return 0;
 }
 
-void fill_plan_near(const std::vector<PointHome>& point, int dim, FillPlan& plan)
+void fill_plan_halo(const std::vector<PointHome>& point, int dim, FillPlan& plan)
 {
   if (plan.domain.empty()) return;       // on all ranks
-  std::vector<IntVec> ask(comm_size());
-  for (const PointHome& p : point) ask[p.rank].push_back(p.point);
-  std::vector<Told> tell;
-  for (const IntVec& asked : comm_exchange(ask)) tell.push_back(domains_near(asked, dim, plan));
+  std::vector<IntVec> request(comm_size());
+  for (const PointHome& p : point) request[p.rank].push_back(p.point);
+  std::vector<DomainMessage> send;
+  for (const IntVec& requested : comm_exchange(request))
+    send.push_back(domains_around(requested, dim, plan));
   ByNumber of(plan, dim);
   for (size_t b = 0; b < plan.domain.size(); ++b) {
     std::vector<std::vector<Domain>> domain;
-    for (const Told& t : tell) domain.push_back(t.domain[b]);
-    std::vector<Domain> told;
+    for (const DomainMessage& x : send) domain.push_back(x.domain[b]);
+    std::vector<Domain> received;
     for (const std::vector<Domain>& list : comm_exchange(domain))
-      told.insert(told.end(), list.begin(), list.end());
-    join_domains(told, of, plan.domain[b]);
+      received.insert(received.end(), list.begin(), list.end());
+    join_domains(received, of, plan.domain[b]);
   }
-  std::vector<std::vector<CornerAt>> place;
-  for (const Told& t : tell) place.push_back(t.place);
-  for (const std::vector<CornerAt>& list : comm_exchange(place))
+  std::vector<std::vector<CornerAt>> position;
+  for (const DomainMessage& x : send) position.push_back(x.position);
+  for (const std::vector<CornerAt>& list : comm_exchange(position))
     for (const CornerAt& p : list)
       std::copy_n(p.X, dim, &plan.X[static_cast<size_t>(of.corner(p.number)) * dim]);
 }

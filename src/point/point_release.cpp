@@ -2,7 +2,7 @@
 
 namespace {
 
-// corners of all points of the elements that the given points were, and those of the same names
+// [corner] 1: belongs to a point of a parent element of the given points, or is a copy of such a corner
 IntVec corners_of_parents(const Points& pts, const IntVec& which)
 {
   IntVec name(pts.ncorner, 0), mark;

@@ -8,8 +8,8 @@
 
 namespace {
 
-// square of the largest frequency of a domain on its own mass at its corners: it has one gradient, so V (lam
-// + 2 mu) times the largest eigenvalue of sum G_c (m^-1)_cd G_d                                     (6.34)
+// square of the largest frequency of a domain with its own corner masses: with one gradient it is V (lam +
+// 2 mu) times the largest eigenvalue of sum G_c (m^-1)_cd G_d                                       (6.34)
 double frequency_of_domain(const Points& pts, int dim, int p, double stiffness)
 {
   const int n = pts.conn.count(p);
@@ -35,8 +35,8 @@ double stretch_factor(const Points& pts, int dim, int p, LawKind law, const Real
         F(i, j) += uc[static_cast<size_t>(pts.conn.begin(p)[a]) * dim + i] * G[a * dim + j];
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
   C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-  const double most = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
-  const double stretched = 1.0 + 1.5 * std::max(0.0, most - 1.0);
+  const double largest = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
+  const double stretched = 1.0 + 1.5 * std::max(0.0, largest - 1.0);
   if (law == LAW_SVK || law == LAW_GRANULAR) return stretched;
   return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
 }

@@ -7,7 +7,7 @@
 
 namespace {
 
-// dS of a node in the plane is one vector register
+// in 2D dS of a node is one vector register
 template <int D>
 void sums(const Points& pts, ActiveGrid& g)
 {
@@ -36,16 +36,16 @@ void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& lis
 {
   ListTable out;
   RealVec out_w;
-  IntVec place(nnode, -1);     // of a node in out, where it was seen last
-  const auto each = [&](auto use) {      // use(node, its place in out, weight)
+  IntVec last(nnode, -1);      // [node] index of its last item in out
+  const auto each = [&](auto use) {      // use(node, its index in out, weight)
     int items = 0;
     for (int i = 0; i < list.size(); ++i) {
       const int first = items;
       for (int k = list.off[i]; k < list.off[i + 1]; ++k)
         for (int j = ext.list.off[list.item[k]]; j < ext.list.off[list.item[k] + 1]; ++j) {
           const int n = ext.list.item[j];
-          if (place[n] < first) place[n] = items++;
-          use(n, place[n], list_w[k] * ext.w[j]);
+          if (last[n] < first) last[n] = items++;
+          use(n, last[n], list_w[k] * ext.w[j]);
         }
       out.off[i + 1] = items;
     }
@@ -55,7 +55,7 @@ void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& lis
   fit_size(out.item, out.off.back());
   fit_size(out_w, out.item.size());
   std::fill(out_w.begin(), out_w.end(), 0.0);
-  std::fill(place.begin(), place.end(), -1);
+  std::fill(last.begin(), last.end(), -1);
   each([&](int n, int at, double w) {
     out.item[at] = n;
     out_w[at] += w;
@@ -67,7 +67,7 @@ void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& lis
 
 void point_sums(const Points& pts, int dim, ActiveGrid& g)
 {
-  fit_size(g.dS, g.point.item.size() * dim + PACK);  // rows of packs end behind the last one
+  fit_size(g.dS, g.point.item.size() * dim + PACK);  // rows of packs extend beyond the last item
   std::fill(g.dS.end() - PACK, g.dS.end(), 0.0);
   if (dim == 2) sums<2>(pts, g);
   else sums<3>(pts, g);

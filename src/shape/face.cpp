@@ -82,7 +82,7 @@ double face_area(int nen, const double* x, const double* xi, double* n)
     for (int k = 0; k < 2; ++k)
       for (int i = 0; i < 3; ++i) t[k][i] += dN[2 * a + k] * x[3 * a + i];
   if (nen == 2 || nen == FACE_EDGE3) {
-    t[1][2] = 1.0;               // across the plane: t x e3 points out of a counter-clockwise cell
+    t[1][2] = 1.0;               // normal to the plane: t x e3 points out of a counter-clockwise cell
   }
   n[0] = t[0][1] * t[1][2] - t[0][2] * t[1][1];
   n[1] = t[0][2] * t[1][0] - t[0][0] * t[1][2];
@@ -131,7 +131,7 @@ std::vector<FacePoint> quad_lattice(int parts)
   return out;
 }
 
-// every small triangle gives a third of its area to its corners: 1, 3 or 6 of them meet in a point
+// every small triangle contributes a third of its area to each corner: 1, 3 or 6 of them meet at a point
 std::vector<FacePoint> tri_lattice(int parts)
 {
   std::vector<FacePoint> out;
@@ -169,7 +169,7 @@ std::vector<FacePoint> face_lattice(int nen, const double* x, int parts)
 
 namespace {
 
-// xi = a + A eta of a piece of a triangle: right way up, or turned over
+// xi = a + A eta of a piece of a triangle: upright, or inverted
 void tri_piece(int parts, int i, int j, bool turned, const double* eta, double* xi)
 {
   const double h = 1.0 / parts, sign = turned ? -1.0 : 1.0;

@@ -1,10 +1,10 @@
 // ---------------------------------------------------------------------------
-// face.h : edges of plane cells, faces of cells in space (doc/theory.md 4, 5)
+// face.h : edges of 2D cells, faces of 3D cells (doc/theory.md 4, 5)
 //
-// A face is 2 nodes (edge), 3 (triangle) or 4 (quadrilateral), ordered so that its normal points out of the
-// cell. Faces of quadratic elements have a node on each edge besides, after the corners: FACE_EDGE3, 6, 8.
-// Local places: edge -1 ... 1, triangle xi >= 0 with sum <= 1, quadrilateral -1 ... 1.
-// nen below is the number of nodes, but for the edge of three nodes: face_kind.
+// A face has 2 nodes (edge), 3 (triangle) or 4 (quadrilateral), ordered so that its normal points out of the
+// cell. Faces of quadratic elements also have a node on each edge, after the corners: FACE_EDGE3, 6, 8.
+// Local coordinates: edge -1 ... 1, triangle xi >= 0 with sum <= 1, quadrilateral -1 ... 1.
+// nen below is the number of nodes, except for the edge of three nodes: face_kind.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SHAPE_FACE_H
 #define MPFE_SHAPE_FACE_H
@@ -30,12 +30,12 @@ const FaceRule& face_rule(int nen);
 // face_eval : N [nodes] and, unless null, dN/dxi [nodes*2]
 void face_eval(int nen, const double* xi, double* N, double* dN);
 
-// face_area : area vector per unit of the local place, outward: x [nodes*3]; returns its length and, in n[3],
+// face_area : outward area vector per unit of local coordinates: x [nodes*3]; returns its norm and, in n[3],
 // the vector.
 // In two dimensions (an edge) the face has unit thickness.
 double face_area(int nen, const double* x, const double* xi, double* n);
 
-// face_whole_area : area of the face (length of an edge) by its Gauss points. x [nen*3]
+// face_whole_area : area of the face (length of an edge) by Gauss integration. x [nen*3]
 double face_whole_area(int nen, const double* x);
 
 // A lattice point of a face: integer weights on its nodes (their sum is parts^2), and its share of the area
@@ -45,16 +45,16 @@ struct FacePoint {
   double share = 0.0;          // area, by the trapezoidal rule; the shares sum to the area of the face
 };
 
-// A place inside a face with its share of the area by Gauss' rule
+// A Gauss point inside a face, with its share of the area
 struct FaceSample {
   double xi[2] = {0, 0};
   double N[4]  = {0, 0, 0, 0};
   double area  = 0.0;
 };
 
-// face_samples : every edge cut into parts, and Gauss points in each piece (edge: 2 a piece, quadrilateral:
-// 4, triangle: 3), so that constant and linear pressures give the nodal forces of the face exactly. x [nen*3]
-// at t = 0. doc/theory.md (4.17)
+// face_samples : divides every edge into parts, with Gauss points in each piece (edge: 2 per piece,
+// quadrilateral: 4, triangle: 3), so that constant and linear pressures give the exact nodal forces of the
+// face. x [nen*3] at t = 0. doc/theory.md (4.17)
 std::vector<FaceSample> face_samples(int nen, const double* x, int parts);
 
 // face_lattice : parts + 1 points along every edge, corners included. x [nen*3] at t = 0. doc/theory.md (4.5)

@@ -67,7 +67,7 @@ void wedge6(const double* xi, double* N, double* dN)
 // t = 0 at the base, 1 at the apex; N = (1-t + r_a r) (1-t + s_a s) / (4 (1-t)) at the base            (1.22)
 void pyr5(const double* xi, double* N, double* dN)
 {
-  const double open = 1.0 - xi[2], least = 1e-15;    // at the apex the derivatives depend on the way there
+  const double open = 1.0 - xi[2], least = 1e-15;    // at the apex the derivatives depend on the direction
   const double z = std::fabs(open) > least ? open : least, r = xi[0] / z, s = xi[1] / z;
   for (int a = 0; a < 4; ++a) {
     const double* c = corner_sign[a];
@@ -84,8 +84,9 @@ void pyr5(const double* xi, double* N, double* dN)
   dN[14] = 1.0;
 }
 
-// serendipity family of the wedge, s = -1 below and 1 above: corners, middles of the edges of the triangles,
-// of those between them                                                                               (1.21)
+// serendipity family of the wedge, s = -1 at the bottom and 1 at the top: corners, midpoints of the edges of
+// the triangles, midpoints of the edges between them
+// (1.21)
 void wedge15(const double* xi, double* N, double* dN)
 {
   static const int edge[3][2] = {{0, 1}, {1, 2}, {2, 0}};
@@ -113,7 +114,7 @@ void wedge15(const double* xi, double* N, double* dN)
   }
 }
 
-// the middle of the edge of corners i and j of a simplex: 4 L_i L_j; a corner: L_i (2 L_i - 1)
+// the midpoint of the edge of corners i and j of a simplex: 4 L_i L_j; a corner: L_i (2 L_i - 1)
 void simplex_quadratic(int dim, int edges, const int edge[][2], const double* L, const double* dL, double* N,
                        double* dN)
 {
@@ -153,7 +154,7 @@ const double hex20_node[20][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1,
                                   {1, 1, 0},    {-1, 1, 0}};
 
 // a node of the serendipity family at c [dim]; N = prod_i f_i: 1 + c_i xi_i, or 1 - xi_i^2 where c_i = 0;
-// a corner has the factor sum_i c_i xi_i - (dim - 1) besides                                        (1.19)
+// a corner also has the factor sum_i c_i xi_i - (dim - 1)                                           (1.19)
 void serendipity(int dim, const double* c, const double* xi, double* N, double* dN)
 {
   double f[3], d[3], g = 1.0, scale = 1.0;
@@ -273,7 +274,7 @@ bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
   }
   for (int it = 0; it < 25; ++it) {
     shape_eval(s, xi, N, dN);
-    // r from the first node on: digits that a far origin would cost
+    // r relative to the first node, since a distant origin would cost digits
     double J[9] = {0}, inv[9], r[3] = {0, 0, 0};
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < dim; ++i) {
@@ -308,7 +309,7 @@ bool shape_inside(Shape shape, const double* xi, double tolerance)
     case SHAPE_HEX8: return within(0, 1.0) && within(1, 1.0) && within(2, 1.0);
     case SHAPE_PYR5: return above(xi[2]) && within(0, 1.0 - xi[2]) && within(1, 1.0 - xi[2]);
     case SHAPE_TRI6: case SHAPE_QUAD8: case SHAPE_QUAD8R: case SHAPE_TET10: case SHAPE_WEDGE15:
-    case SHAPE_HEX20: case SHAPE_HEX20R: case SHAPES: break;       // no shape of corners
+    case SHAPE_HEX20: case SHAPE_HEX20R: case SHAPES: break;       // not a linear shape
   }
   return false;
 }

@@ -5,7 +5,7 @@
 
 namespace {
 
-// points of the tensor rule in the order of CalculiX: x runs first
+// points of the tensor rule in the order of CalculiX: x varies fastest
 GaussRule tensor_rule(int dim)
 {
   const double g = 1.0 / std::sqrt(3.0), at[2] = {-g, g};
@@ -69,7 +69,7 @@ GaussRule tet_rule_14()
     if (k % 4) r.xi[k][k % 4 - 1] = 1.0 - 3.0 * a[k / 4];
     r.w[k] = w[k / 4] / 6.0;
   }
-  for (int k = 0, i = 0; i < 4; ++i)               // on the lines that join the middles of opposite edges
+  for (int k = 0, i = 0; i < 4; ++i)               // on the lines between midpoints of opposite edges
     for (int j = 0; j < i; ++j, ++k) {
       for (int c = 0; c < 3; ++c) r.xi[8 + k][c] = c == i || c == j ? 0.5 - b : b;
       r.w[8 + k] = v / 6.0;
@@ -86,7 +86,7 @@ GaussRule tet_rule(int n)
   return {4, {{a, a, a}, {b, a, a}, {a, b, a}, {a, a, b}}, {w, w, w, w}};
 }
 
-// a rule of the triangle on each of 2 or 3 points of the axis, from below
+// a rule of the triangle at each of 2 or 3 points of the axis, from the bottom
 GaussRule wedge_rule(int triangle, int axis)
 {
   const GaussRule t = tri_rule(triangle);
@@ -109,7 +109,7 @@ GaussRule pyramid_rule(int levels)
 {
   const double r = std::sqrt(2.0 / 45.0);            // roots 1/3 -+ r of t^2 - 2t/3 + 1/15
   const double t[2] = {levels == 1 ? 0.25 : 1.0 / 3 - r, 1.0 / 3 + r};
-  // weights by the moments 1/3 and 1/12 of 1 and t
+  // weights from the moments 1/3 and 1/12 of 1 and t
   const double upper = levels == 1 ? 0.0 : (1.0 / 12 - t[0] / 3) / (t[1] - t[0]);
   const double w[2]  = {1.0 / 3 - upper, upper};
   const GaussRule square = tensor_rule(2);

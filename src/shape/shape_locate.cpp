@@ -4,9 +4,9 @@
 
 namespace {
 
-const double tolerance = 1e-6;    // of the natural coordinates: a place on the boundary is inside
+const double tolerance = 1e-6;    // of the natural coordinates: a point on the boundary is inside
 
-// margin_part: of the size; the edges of a quadratic shape may bulge beyond its nodes
+// margin_part: of the size; the edges of a quadratic shape may extend beyond its nodes
 bool in_box(const double* X, int nen, int dim, double margin_part, const double x[3])
 {
   for (int i = 0; i < dim; ++i) {

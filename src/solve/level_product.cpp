@@ -51,7 +51,7 @@ void add_lines(const float* a, int length, const double* x, float* v)
   }
 }
 
-// use(I, length, a): each row of blocks, the length of its lines, and the first of them
+// calls use(I, length, a) for each row of blocks, with the length of its lines and the first of them
 template <int R, class Use>
 void each_row(const LevelMatrix& A, Use use)
 {
@@ -63,7 +63,7 @@ void each_row(const LevelMatrix& A, Use use)
   }
 }
 
-// room for the part of a vector that belongs to the longest line
+// memory for the part of a vector that multiplies the longest line
 std::vector<float> longest_part(const LevelMatrix& A)
 {
   int longest = 0;
@@ -109,7 +109,7 @@ void with_rows(int rows, Use use)
   log_bug("with_rows: blocks have 1, 2, 3 or 6 rows", __FILE__, __LINE__);
 }
 
-// columns of blocks of each row of blocks, ascending
+// block columns of each row of blocks, ascending
 void list_blocks(int n, int m, const int* off, const int* col, LevelMatrix& A)
 {
   IntVec seen(m / A.cols, -1);
@@ -141,14 +141,14 @@ bool level_fill(int rows, int cols, int n, int m, const int* off, const int* col
   size_t numbers = 0;
   for (int I = 0; I < block_rows(A); ++I) numbers += static_cast<size_t>(rows) * line_length(A, I);
   A.val.assign(numbers, 0.0F);
-  IntVec place(m / cols);                            // of a column of blocks in the lines of a row
+  IntVec start(m / cols);                            // of a block column in the lines of a row
   float* line = A.val.data();
   for (int I = 0; I < block_rows(A); ++I) {
     const int length = line_length(A, I);
-    for (int k = A.off[I]; k < A.off[I + 1]; ++k) place[A.col[k]] = (k - A.off[I]) * cols;
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k) start[A.col[k]] = (k - A.off[I]) * cols;
     for (int i = I * rows; i < (I + 1) * rows; ++i, line += length)
       for (int k = off[i]; k < off[i + 1]; ++k)
-        line[place[col[k] / cols] + col[k] % cols] = static_cast<float>(val[k]);
+        line[start[col[k] / cols] + col[k] % cols] = static_cast<float>(val[k]);
   }
   return true;
 }

@@ -1,8 +1,8 @@
 // ---------------------------------------------------------------------------
 // level_product.h : products with the matrices of coarse levels, in single precision
 //
-// Rows of an aggregate have their couplings in the same columns, those of an aggregate together: a row of
-// blocks is kept as `rows` lines of numbers one behind the other, and its part of x is gathered once.
+// The rows of an aggregate couple with the same columns, which form whole aggregates: a row of blocks is
+// stored as `rows` consecutive lines of numbers, and its part of x is gathered once.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SOLVE_LEVEL_PRODUCT_H
 #define MPFE_SOLVE_LEVEL_PRODUCT_H
@@ -12,13 +12,13 @@
 struct LevelMatrix {
   int rows = 1, cols = 1;          // of a block
   IntVec off, col;                 // [block rows + 1], [blocks] its column, in blocks
-  std::vector<float> val;          // its lines, filled up with zeros to whole vector registers
+  std::vector<float> val;          // its lines, padded with zeros to whole vector registers
 };
 
 // level_fill : A of the pattern (off, col) and the values of single equations, for n rows and m columns
 //
-// false: blocks of rows x cols do not fit into it, would be more than twice as large, or have other rows than
-// 1, 2, 3, 6
+// false: n x m is not divisible into blocks of rows x cols, the blocks would take more than twice the memory,
+// or rows is not 1, 2, 3 or 6
 bool level_fill(int rows, int cols, int n, int m, const int* off, const int* col, const double* val,
                 LevelMatrix& A);
 

@@ -10,10 +10,11 @@
 
 namespace {
 
-// operations of a factorisation over those of the first separator, at least: cubes 20, plates 50, beams 1000
+// lower bound of the operations of a factorisation over those of its first separator: cubes 20,
+// plates 50, beams 1000
 const double SEPARATORS = 16.0;
 
-// its integers may be of 64 bits
+// graph of the block rows; the integers of METIS may have 64 bits
 struct MetisGraph {
   explicit MetisGraph(const SysMatrix& A) : n(A.nrow)
   {
@@ -43,7 +44,7 @@ IntVec order_metis(const SysMatrix& A)
   IntVec pos(A.nrow);
   std::iota(pos.begin(), pos.end(), 0);
   MetisGraph g(A);
-  if (g.item.empty()) return pos;         // METIS wants an edge
+  if (g.item.empty()) return pos;         // METIS needs an edge
   std::vector<idx_t> perm(A.nrow), inverse(A.nrow);
   const int result = METIS_NodeND(&g.n, g.off.data(), g.item.data(), nullptr, g.option, perm.data(),
                                   inverse.data());

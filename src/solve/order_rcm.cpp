@@ -4,9 +4,9 @@
 
 namespace {
 
-// Breadth-first levels from root. order receives the rows met, neighbours by rising degree;
-// returns the number of levels and in last the begin of the last level in order.
-// mark[n] == stamp: met in this search; rows with mark DONE belong to finished parts.
+// Breadth-first levels from root. order receives the rows visited, neighbours by increasing degree;
+// returns the number of levels, and in last the start of the last level in order.
+// mark[n] == stamp: visited in this search; rows with mark DONE belong to finished parts.
 const int DONE = -2;
 
 int levels_from(int root, const ListTable& graph, int stamp, IntVec& mark, IntVec& order, size_t& last)
@@ -41,7 +41,7 @@ int levels_from(int root, const ListTable& graph, int stamp, IntVec& mark, IntVe
 //   returns  new position of each block row [nrow]
 //
 // Each connected part starts from a pseudo-peripheral row (George and Liu 1979):
-// go to the row of least degree in the last level for as long as the number of levels grows.
+// move to the row of least degree in the last level as long as the number of levels grows.
 // ---------------------------------------------------------------------------
 IntVec order_rcm(const SysMatrix& A)
 {

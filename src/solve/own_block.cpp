@@ -12,7 +12,7 @@
 
 namespace {
 
-using Pairs = std::vector<long>;       // row and column of each, ascending by them
+using Pairs = std::vector<long>;       // row and column of each, ascending
 
 long pair_of(int row, int col) { return static_cast<long>(row) << 32 | col; }
 int row_of_pair(long pair) { return static_cast<int>(pair >> 32); }
@@ -31,7 +31,7 @@ std::uint64_t pattern_sum(const SysMatrix& A)
   return sum;
 }
 
-// the block of rows I, J of A: 2 k, or 2 k + 1: A has the transposed one; -1: none
+// the block in rows I, J of A: 2 k, or 2 k + 1 if A stores its transpose; -1: none
 int find_block(const SysMatrix& A, int I, int J)
 {
   const int row = std::max(I, J), col = std::min(I, J);
@@ -41,8 +41,9 @@ int find_block(const SysMatrix& A, int I, int J)
   return 2 * static_cast<int>(found - A.col.begin()) + (J > I ? 1 : 0);
 }
 
-// rows of this rank alone, those far from the border and from rows that bonds tie first; then the border: of
-// two ranks in the order of the keys, which both know, so that both solve for it alike; else in that of A
+// first the rows of this rank alone, those far from the border and from tied rows first; then the border: on
+// two ranks in the order of the keys, which is equal on both, so that both solve for it alike;
+// else in the order of A
 void order_rows(const SysMatrix& A, OwnBlock& own)
 {
   const ListTable graph = sys_graph(A);
@@ -50,14 +51,14 @@ void order_rows(const SysMatrix& A, OwnBlock& own)
   own.order.resize(A.nrow);
   own.at.resize(A.nrow);
   std::iota(own.order.begin(), own.order.end(), 0);
-  const auto near = [&](int I, auto use) {
+  const auto neighbours = [&](int I, auto use) {
     for (int k = graph.off[I]; k < graph.off[I + 1]; ++k) use(graph.item[k]);
   };
   IntVec late = A.tied;
   late.insert(late.end(), A.halo.shared.begin(), A.halo.shared.end());
   std::vector<char> border(A.nrow, 0);
   for (int I : A.halo.shared) border[I] = 1;
-  far_first(A.nrow, late, near, own.order);
+  far_first(A.nrow, late, neighbours, own.order);
   std::stable_partition(own.order.begin(), own.order.end(), [&](int I) { return !border[I]; });
   if (comm_size() == 2) {
     const IntVec& common = A.halo.common[1 - comm_rank()];
@@ -67,7 +68,7 @@ void order_rows(const SysMatrix& A, OwnBlock& own)
   own.in_order = std::is_sorted(own.order.begin(), own.order.end());
 }
 
-// how often each row counts
+// weights of the rows in sums over the ranks
 void take_rows(const SysMatrix& A, OwnBlock& own)
 {
   const Halo& h = A.halo;
@@ -81,7 +82,7 @@ void take_rows(const SysMatrix& A, OwnBlock& own)
     if (h.owner[I] != comm_rank()) std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
 }
 
-// blocks off the border, by the row that is eliminated last, its columns ascending; those of the border as
+// blocks outside the border, by the row that is eliminated last, columns ascending; blocks of the border as
 // pairs of its rows
 void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
 {
@@ -121,7 +122,7 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
   }
 }
 
-// [ranks] position of each row of the border among those that a rank has too, -1: it has not
+// [ranks] position of each row of the border among the rows shared with a rank, -1: not shared
 std::vector<IntVec> common_places(const SysMatrix& A, const OwnBlock& own)
 {
   std::vector<IntVec> place(comm_size(), IntVec(A.halo.shared.size(), -1));
@@ -131,7 +132,7 @@ std::vector<IntVec> common_places(const SysMatrix& A, const OwnBlock& own)
   return place;
 }
 
-// couplings of the border that this rank and others have, and who has which
+// couplings of the border on this rank and others, and the blocks shared with each rank
 //   in   pairs   of this rank
 void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
 {
@@ -173,7 +174,7 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
   }
   std::partial_sum(s.off.begin(), s.off.end(), s.off.begin());
   own.to.assign(ranks, IntVec());
-  std::vector<std::pair<long, int>> name;            // of a block on both ranks
+  std::vector<std::pair<long, int>> name;            // name of a block, equal on both ranks
   for (int r = 0; r < ranks; ++r) {
     name.clear();
     for (size_t k = 0; k < pairs.size(); ++k) {
@@ -187,7 +188,7 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
   }
 }
 
-// have all ranks the same border, in the same order?
+// do all ranks have the same border, in the same order?
 bool border_alike(const SysMatrix& A, const OwnBlock& own)
 {
   bool same = true;
@@ -196,9 +197,9 @@ bool border_alike(const SysMatrix& A, const OwnBlock& own)
     if (r == comm_rank()) continue;
     const IntVec& common = A.halo.common[r];
     same = same && common.size() == A.halo.shared.size();
-    IntVec place;
-    for (int I : common) place.push_back(own.at[I] - own.inner);
-    sum = check_sum(0xCBF29CE484222325u, place);     // of any other rank: all have the same
+    IntVec index;
+    for (int I : common) index.push_back(own.at[I] - own.inner);
+    sum = check_sum(0xCBF29CE484222325u, index);     // if same, equal for all other ranks
   }
   std::vector<std::uint64_t> all(1, same ? sum : 0);
   comm_allgatherv(all);
@@ -217,14 +218,14 @@ void add_block(int D, bool turned, const From* x, To* y)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// own_form : what conjugate gradients of several ranks want to know of the pattern of A               (8.7)
+// own_form : data of conjugate gradients on several ranks from the pattern of A                       (8.7)
 // ---------------------------------------------------------------------------
 void own_form(const SysMatrix& A, long number, OwnBlock& own)
 {
   if (number > 0 && number == own.number) return;
   const std::uint64_t pattern = pattern_sum(A);
   if (comm_allreduce_max(static_cast<int>(own.pattern != pattern))) {
-    own = OwnBlock();                                // before there is another
+    own = OwnBlock();                                // frees its memory first
     Pairs border;
     order_rows(A, own);
     take_rows(A, own);
@@ -257,13 +258,13 @@ void own_border(const SysMatrix& A, OwnBlock& own, std::vector<float>& val)
 
 namespace {
 
-// Calls use(block, is it turned there) for the next blocks of list that take(block), at most PART, from place
-// at on. Returns the place behind them.
+// Calls use(block, transposed there) for the next PART_OF_MESSAGE blocks at most of list, from index at on,
+// for which take(block) is true. Returns the index after them.
 template <class Take, class Use>
 size_t next_blocks(const IntVec& list, size_t at, Take take, Use use)
 {
-  const int PART = 1024;       // of a message, for each rank
-  for (int n = 0; at < list.size() && n < PART; ++at) {
+  const int PART_OF_MESSAGE = 1024;      // blocks for each rank
+  for (int n = 0; at < list.size() && n < PART_OF_MESSAGE; ++at) {
     if (!take(list[at] / 2)) continue;
     use(static_cast<size_t>(list[at] / 2), list[at] % 2 == 1);
     ++n;
@@ -271,8 +272,8 @@ size_t next_blocks(const IntVec& list, size_t at, Take take, Use use)
   return at;
 }
 
-// blocks that take(rank, block) chooses, of val to other ranks; back(block, turned, value) for those that
-// come(rank, block) chooses there. In parts, so that messages need little memory
+// sends the blocks of val chosen by take(rank, block) to other ranks, and calls back(block, turned, value)
+// for the received ones, chosen by come(rank, block). In parts, so that messages need little memory
 template <class Take, class Come, class Back>
 void exchange_blocks(const OwnBlock& own, int D, const std::vector<float>& val, Take take, Come come,
                      Back back)
@@ -308,7 +309,7 @@ void exchange_blocks(const OwnBlock& own, int D, const std::vector<float>& val, 
   }
 }
 
-// Two ranks, in one message: each has what the other has, and both get the same sum of two
+// Two ranks, in one message: both have the same blocks, and get the same sum of two
 template <int D>
 void sum_direct(const OwnBlock& own, std::vector<float>& val)
 {
@@ -317,7 +318,7 @@ void sum_direct(const OwnBlock& own, std::vector<float>& val)
   std::vector<RealVec> send(2), from(2);
   send[other].resize(common.size() * D * D);
   from[other].resize(send[other].size());
-  const auto each = [&](auto use) {      // calls use(number of val, its place in a message)
+  const auto each = [&](auto use) {      // calls use(index into val, index into the message)
     size_t at = 0;
     for (int to : common) {
       const size_t block = static_cast<size_t>(to / 2) * D * D;
@@ -331,7 +332,7 @@ void sum_direct(const OwnBlock& own, std::vector<float>& val)
   each([&](size_t k, size_t at) { val[k] += static_cast<float>(from[other][at]); });
 }
 
-// in two messages: the first rank that has a block adds, in their order, and tells the others
+// in two messages: the first rank with a block sums it, in the order of the ranks, and sends it to the others
 void sum_by_first(const OwnBlock& own, int D, std::vector<float>& val)
 {
   const int DD = D * D, me = comm_rank();

@@ -12,7 +12,7 @@
 
 namespace {
 
-IntVec part_by_place(const Mesh& mesh, const std::vector<RealVec>& work, int parts)
+IntVec part_by_coordinates(const Mesh& mesh, const std::vector<RealVec>& work, int parts)
 {
   RealVec X(3 * static_cast<size_t>(mesh.nelem()), 0.0);
   for (int e = 0; e < mesh.nelem(); ++e)
@@ -23,7 +23,7 @@ IntVec part_by_place(const Mesh& mesh, const std::vector<RealVec>& work, int par
 }
 
 #ifdef MPFE_METIS
-// nodes that elements of several parts have
+// number of nodes shared by elements of several parts
 int shared_nodes(const Mesh& mesh, const IntVec& part)
 {
   return part_shared(mesh.nnode(), [&](auto use) {
@@ -32,44 +32,44 @@ int shared_nodes(const Mesh& mesh, const IntVec& part)
   });
 }
 
-// what parts cost over ideal ones: of several kinds of work that of the part that has most, each kind for
-// itself, and nodes that are there twice
+// cost of a partition relative to an ideal one: with several kinds of work, the largest part
+// of each kind; and shared nodes
 double surplus(const Mesh& mesh, const std::vector<RealVec>& work, int parts, const IntVec& part)
 {
-  double most = 0.0, all = 0.0;
+  double largest = 0.0, all = 0.0;
   for (const RealVec& kind : work) {
     RealVec load(parts, 0.0);
     for (size_t e = 0; e < kind.size(); ++e) load[part[e]] += kind[e];
-    most += *std::max_element(load.begin(), load.end());
+    largest += *std::max_element(load.begin(), load.end());
     all += std::accumulate(load.begin(), load.end(), 0.0);
   }
   const double shared = static_cast<double>(shared_nodes(mesh, part)) * parts / mesh.nnode();
-  return (work.size() > 1 ? most * parts / all : 0.0) + shared;
+  return (work.size() > 1 ? largest * parts / all : 0.0) + shared;
 }
 
 struct DualGraph {             // METIS frees it
-  idx_t *off = nullptr, *near = nullptr;
+  idx_t *off = nullptr, *item = nullptr;
   DualGraph() = default;
   DualGraph(const DualGraph&) = delete;
   DualGraph& operator=(const DualGraph&) = delete;
   ~DualGraph()
   {
     METIS_Free(off);
-    METIS_Free(near);
+    METIS_Free(item);
   }
 };
 
-// elements with so many common nodes are neighbours; the copy of the mesh goes before the graph is divided
+// elements with at least common_nodes common nodes are neighbours; the copy of the mesh is freed on return
 int dual_graph(const Mesh& mesh, int common_nodes, DualGraph& graph)
 {
   std::vector<idx_t> off(mesh.conn.off.begin(), mesh.conn.off.end()),
       item(mesh.conn.item.begin(), mesh.conn.item.end());
   idx_t n = mesh.nelem(), nodes = mesh.nnode(), common = common_nodes, numbering = 0;
-  return METIS_MeshToDual(&n, &nodes, off.data(), item.data(), &common, &numbering, &graph.off, &graph.near);
+  return METIS_MeshToDual(&n, &nodes, off.data(), item.data(), &common, &numbering, &graph.off, &graph.item);
 }
 
-// A cut where there is more work costs more: rows and points beside it are there twice. Their sum fits into
-// 32 bits
+// A cut through elements with more work costs more: rows and points at the cut exist twice. The sum of the
+// weights fits into 32 bits
 std::vector<idx_t> edge_weights(const DualGraph& graph, const std::vector<RealVec>& work)
 {
   const idx_t n = static_cast<idx_t>(work[0].size());
@@ -80,7 +80,7 @@ std::vector<idx_t> edge_weights(const DualGraph& graph, const std::vector<RealVe
   std::vector<idx_t> edge(graph.off[n]);
   for (idx_t e = 0; e < n; ++e)
     for (idx_t k = graph.off[e]; k < graph.off[e + 1]; ++k)
-      edge[k] = std::max<idx_t>(1, static_cast<idx_t>(scale * (whole[e] + whole[graph.near[k]])));
+      edge[k] = std::max<idx_t>(1, static_cast<idx_t>(scale * (whole[e] + whole[graph.item[k]])));
   return edge;
 }
 #endif
@@ -89,8 +89,8 @@ std::vector<idx_t> edge_weights(const DualGraph& graph, const std::vector<RealVe
 
 IntVec part_weights(const RealVec& weight)
 {
-  const double most  = weight.empty() ? 0.0 : *std::max_element(weight.begin(), weight.end());
-  const double one   = 1.0 / std::max(most, 1e-300);
+  const double top   = weight.empty() ? 0.0 : *std::max_element(weight.begin(), weight.end());
+  const double one   = 1.0 / std::max(top, 1e-300);
   const double all   = one * std::accumulate(weight.begin(), weight.end(), 0.0);
   const double scale = one * std::min(1000.0, 1e9 / std::max(all, 1e-300));
   IntVec out;
@@ -100,17 +100,17 @@ IntVec part_weights(const RealVec& weight)
 }
 
 // ---------------------------------------------------------------------------
-// part_mesh : the elements of a mesh in parts of equal work with few common nodes
+// part_mesh : divides the elements of a mesh into parts of equal work with few common nodes
 //
-//   in   work [kinds][nelem], none of them all zero;   parts 2 or more
-//        dim: elements with so many common nodes are neighbours
+//   in   work [kinds][nelem], no kind all zero;   parts 2 or more
+//        dim: elements with this many common nodes are neighbours
 //   out  part of each element; the same in every run (fixed seed)
 //
-// METIS, or bisection by coordinates when that has fewer common nodes: straight cuts through regular meshes.
+// METIS, or bisection by coordinates if that has fewer common nodes: straight cuts through regular meshes.
 // ---------------------------------------------------------------------------
 IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, int parts)
 {
-  const IntVec straight = part_by_place(mesh, work, parts);
+  const IntVec straight = part_by_coordinates(mesh, work, parts);
 #ifdef MPFE_METIS
   DualGraph graph;
   int result = dual_graph(mesh, dim, graph);
@@ -122,16 +122,16 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
       const IntVec whole = part_weights(work[k]);
       for (idx_t e = 0; e < n; ++e) load[static_cast<size_t>(e) * kinds + k] = whole[e];
     }
-    // two parts have one cut, and its preconditioner counts most: P9 on two ranks 95.7 s, 97.6 with weights
+    // two parts have one cut, whose preconditioner matters most: P9 on two ranks 95.7 s, 97.6 with weights
     std::vector<idx_t> edge = kinds > 1 && parts > 2 ? edge_weights(graph, work) : std::vector<idx_t>();
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;
     option[METIS_OPTION_SEED]      = 1;
     option[METIS_OPTION_UFACTOR]   = 10;             // the largest part at most 1.01 of the mean
-    option[METIS_OPTION_NCUTS]     = kinds > 1 ? 4 : 1;      // the best of so many: those of two kinds differ
-    // bisection balances few parts better
+    option[METIS_OPTION_NCUTS]     = kinds > 1 ? 4 : 1;      // the best of 4: with two kinds they differ
+    // bisection balances a small number of parts better
     result = (parts > 8 ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
-        &n, &kinds, graph.off, graph.near, load.data(), nullptr, edge.empty() ? nullptr : edge.data(), &count,
+        &n, &kinds, graph.off, graph.item, load.data(), nullptr, edge.empty() ? nullptr : edge.data(), &count,
         nullptr, nullptr, option, &cut, part.data());
     const IntVec found(part.begin(), part.end());
     if (result == METIS_OK)

@@ -14,7 +14,7 @@ namespace {
 #define MPFE_TEXT_OF(x) #x
 #define MPFE_TEXT(x) MPFE_TEXT_OF(x)
 
-// the version that the headers are of, by its name in Debian or by its own
+// the library of the same version as the headers, by its name in Debian or its original name
 void* load()
 {
   const std::string version = MPFE_TEXT(PETSC_VERSION_MAJOR) "." MPFE_TEXT(PETSC_VERSION_MINOR);
@@ -34,11 +34,11 @@ bool find_routines(void* library, Petsc& p)
   return all;
 }
 
-// Options are those of this program alone, neither of a file .petscrc nor of the environment; signals stay
-// as they are, and errors come back as numbers
+// Uses the options of this program only, not those of .petscrc or of the environment; leaves signal handlers
+// unchanged, and returns errors as numbers
 bool start(void* library, const Petsc& p)
 {
-  // ranks that do not work start no PETSc
+  // idle ranks do not start PETSc
   if (void* const comm = dlsym(library, "PETSC_COMM_WORLD"))
     *static_cast<MPI_Comm*>(comm) = MPI_Comm_f2c(comm_fortran(true));
   const char* const set     = std::getenv("PETSC_OPTIONS");
@@ -60,7 +60,7 @@ const Petsc* petsc_open()
   static bool tried = false, there = false;
   if (!tried) {
     tried = true;
-    comm_fortran(true);                          // MPI has begun then
+    comm_fortran(true);                          // starts MPI
     void* const library = load();
     there = !comm_allreduce_max(!(library && find_routines(library, petsc)));
     there = there && !comm_allreduce_max(!start(library, petsc));

@@ -1,8 +1,8 @@
 // ---------------------------------------------------------------------------
-// petsc_load.h : the routines of PETSc that the algebraic multigrid takes (precond_amg.cpp)
+// petsc_load.h : the routines of PETSc used by algebraic multigrid (precond_amg.cpp)
 //
-// libpetsc brings a hundred libraries, which take 0.06 s of the processor and 0.15 s to load: they come when
-// they are asked for, and a run without multigrid does not see them.
+// libpetsc depends on a hundred libraries, which take 0.06 s of CPU time and 0.15 s to load: they are loaded
+// on demand, not in a run without multigrid.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SOLVE_PETSC_LOAD_H
 #define MPFE_SOLVE_PETSC_LOAD_H
@@ -35,7 +35,7 @@ struct Petsc {
 #undef MPFE_PETSC_MEMBER
 };
 
-// petsc_open : loads and starts PETSc, once; null: it is not there. Collective. It stays to the end
+// petsc_open : loads and starts PETSc, once and for the whole run; null: not available. Collective
 const Petsc* petsc_open();
 
 #endif

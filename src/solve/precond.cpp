@@ -9,8 +9,8 @@
 
 namespace {
 
-const double LEAST_PIVOT   = 1e-6;     // of the diagonal of A; below, the incomplete factor is worthless
-// of the diagonal, when a pivot is not positive; then ten times as much
+const double LEAST_PIVOT   = 1e-6;     // of the diagonal of A; below, the incomplete factor is useless
+// of the diagonal, if a pivot is not positive; then increased by factors of ten
 const double FIRST_SHIFT   = 1e-3;
 const double LARGEST_SHIFT = 10.0;
 
@@ -39,7 +39,7 @@ bool inverse_factor(const double* a, const double* least, double* K)
   return true;
 }
 
-// diagonal blocks of A; those of several ranks are summed
+// diagonal blocks of A, summed over the ranks
 struct Diagonal {
   explicit Diagonal(const SysMatrix& matrix) : A(matrix)
   {
@@ -79,7 +79,7 @@ bool invert_block(int D, const double* a, double* inverse)
                   : invert_block<3>(a, inverse);
 }
 
-// s -= a b^T, then the same with b of single precision
+// s -= a b^T, b in single precision
 template <int D>
 inline void subtract(const double* a, const float* b, double* s)
 {
@@ -88,15 +88,15 @@ inline void subtract(const double* a, const float* b, double* s)
       for (int k = 0; k < D; ++k) s[i * D + j] -= a[i * D + k] * static_cast<double>(b[j * D + k]);
 }
 
-// The rows of a factor, numbered as they are eliminated
+// The rows of a factor, in the order of elimination
 struct FactorRows {
-  int n = 0, inner = 0;        // the first ones are eliminated, those behind them have no diagonal block
+  int n = 0, inner = 0;        // the first inner rows are eliminated, the others have no diagonal block
   const int* off = nullptr;    // [n+1] their blocks,
   const int* col = nullptr;    // ascending, the diagonal last
-  const int* from = nullptr;   // 2 k: block k of the matrix, 2 k + 1: transposed; null: as they are
+  const int* from = nullptr;   // 2 k: block k of the matrix, 2 k + 1: transposed; null: in the same order
 };
 
-// of one rank, or of the border
+// the rows of one rank, or of the border
 FactorRows all_rows(const SysMatrix& A)
 {
   FactorRows f;
@@ -138,7 +138,7 @@ void take_row(const FactorRows& f, const std::vector<Val>& val, int i, RealVec& 
   }
 }
 
-// block k of row, in column J, becomes that of L: L_IJ = (A_IJ - sum_K L_IK L_JK^T) L_JJ^-T, K < J
+// replaces the block s of row in column J by that of L: L_IJ = (A_IJ - sum_K L_IK L_JK^T) L_JJ^-T, K < J
 template <int D>
 void eliminate(const FactorRows& f, int J, const IntVec& place, const std::vector<float>& L, RealVec& row,
                double* s, float* out)
@@ -160,15 +160,15 @@ void eliminate(const FactorRows& f, int J, const IntVec& place, const std::vecto
   }
 }
 
-// L L^T of the matrix with the numbers val, on the rows f, the diagonal times 1 + shift. L may be val.
-//   in   base   [n*D] diagonal that shift and the least pivot go by; null: that of val
+// L L^T of the matrix with the values val, on the rows f, the diagonal times 1 + shift. L may be val.
+//   in   base   [n*D] diagonal to which shift and the least pivot are relative; null: that of val
 // false: a pivot is not positive
 template <int D, class Val>
 bool factor(const FactorRows& f, const std::vector<Val>& val, const double* base, double shift,
             std::vector<float>& L)
 {
   const int DD = D * D;
-  IntVec place(f.n, -1);               // of a column in the row at hand
+  IntVec place(f.n, -1);               // [column] index of its block in the present row, -1: none
   RealVec row;
   for (int n = 0; n < f.inner; ++n) {
     const int first = f.off[n], last = f.off[n + 1] - 1;
@@ -195,8 +195,8 @@ bool factor(const FactorRows& f, const std::vector<Val>& val, const double* base
   return true;
 }
 
-// several ranks: rows of the border, and what the elimination of this rank's own rows leaves of them
-//   inout left  [border blocks] A, then A - sum_K L_IK L_JK^T, the part of this rank
+// several ranks: rows of the border, and the Schur complement after elimination of the inner rows
+//   inout left  [border blocks] A, then A - sum_K L_IK L_JK^T, the contribution of this rank
 template <int D>
 void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& border, std::vector<float>& L,
                    std::vector<float>& left)
@@ -225,7 +225,7 @@ void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& bor
   }
 }
 
-// t -= L y, the blocks of a row
+// t -= L y, for the blocks of a row
 template <int D>
 inline void take_blocks(const FactorRows& f, const float* L, int first, int last, const double* z, double* t)
 {
@@ -240,8 +240,8 @@ inline void take_blocks(const FactorRows& f, const float* L, int first, int last
   for (int i = 0; i < D; ++i) t[i] = sum[i];
 }
 
-// y -= L^T t, the blocks of a row, the last one first, so that the memory brings L as one stream; each y is
-// loaded and stored once
+// y -= L^T t, for the blocks of a row, in reverse order, so that L is read from memory as one stream; each y
+// is loaded and stored once
 template <int D>
 inline void give_blocks(const FactorRows& f, const float* L, int first, int last, const double* t, double* z)
 {
@@ -258,7 +258,7 @@ inline void give_blocks(const FactorRows& f, const float* L, int first, int last
   }
 }
 
-// z = L^-1 z of the rows that are eliminated; from the others goes what these add to them
+// z = L^-1 z in the eliminated rows; subtracts their contribution from the other rows
 template <int D>
 void forward(const FactorRows& f, const float* __restrict L, double* __restrict z)
 {
@@ -277,7 +277,7 @@ void forward(const FactorRows& f, const float* __restrict L, double* __restrict 
   for (int n = f.inner; n < f.n; ++n) take_blocks<D>(f, L, f.off[n], f.off[n + 1], z, z + n * D);
 }
 
-// z = L^-T z, from those of the rows behind
+// z = L^-T z, given z in the rows that are not eliminated
 template <int D>
 void backward(const FactorRows& f, const float* __restrict L, double* __restrict z)
 {
@@ -295,7 +295,7 @@ void backward(const FactorRows& f, const float* __restrict L, double* __restrict
   }
 }
 
-// the next shift to try; false: there is none, and the first one is 0 again
+// the next shift to try; false: none is left, shift is reset to 0
 bool larger_shift(double& shift)
 {
   shift = shift > 0.0 ? 10.0 * shift : FIRST_SHIFT;
@@ -312,18 +312,19 @@ void multiply_block(int D, const double* block, const double* x, double* y)
   }
 }
 
-// divided model: rows of the factors serve when all ranks that have them today had them then
+// divided model: rows of the factors are used if all ranks that have them now had them then,
+// among these the former owner
 void keep_agreed(const SysMatrix& A, ReusedFactors& k)
 {
-  const double had = 1.0, belonged = 1e6;
+  const double had = 1.0, owned = 1e6;
   RealVec vote(A.nrow, 0.0), ranks(A.nrow, 1.0);
   for (int I = 0; I < A.nrow; ++I)
-    if (k.old[I] >= 0) vote[I] = had + (k.owner[k.old[I]] == comm_rank() ? belonged : 0.0);
+    if (k.old[I] >= 0) vote[I] = had + (k.owner[k.old[I]] == comm_rank() ? owned : 0.0);
   for (const IntVec& list : A.halo.common)
     for (int I : list) ranks[I] += 1.0;
   halo_sum(A.halo, 1, vote);
   for (int I = 0; I < A.nrow; ++I)
-    if (vote[I] != belonged + ranks[I]) k.old[I] = -1;
+    if (vote[I] != owned + ranks[I]) k.old[I] = -1;
 }
 
 }  // namespace
@@ -351,12 +352,12 @@ void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r
 // ---------------------------------------------------------------------------
 // cholesky_form : incomplete Cholesky factor L of A on its own pattern                (8.3)
 //
-//   in   own  several ranks: the rows of this one and the border; null: one rank. Collective then
-//   out  c    L in single precision, which halves what the memory must bring; L^-T L^-1 stays symmetric.
-//             The place of a diagonal block holds the inverse of the factor of that block.
+//   in   own  several ranks: the rows of this one and the border, collective; null: one rank
+//   out  c    L in single precision, which halves the memory traffic; L^-T L^-1 stays symmetric.
+//             A diagonal block holds the inverse of the factor of that block.
 //
-// A pivot that is not positive asks for a larger diagonal, (1 + shift) times that of A; the shift that went
-// well is where the next form begins. false: not even the largest shift helps.
+// If a pivot is not positive, the diagonal is enlarged to (1 + shift) times that of A; the next factorisation
+// begins with the shift that succeeded. false: even the largest shift fails.
 // ---------------------------------------------------------------------------
 bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
 {
@@ -367,8 +368,8 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
     bool good = true;
     while (good && !factor<D>(rows, A.val, nullptr, c.shift, c.L)) good = larger_shift(c.shift);
     if (!own) return good;
-    // What is left of the border, of all ranks, becomes its factor where it stands (8.7): where a rank wants
-    // a larger shift, all begin again
+    // The Schur complement of the border, summed over the ranks, is factorised in its storage (8.7); if a
+    // rank needs a larger shift, all begin again
     const SysMatrix& border = own->border;
     for (;;) {
       own_border(A, *own, c.border);
@@ -393,17 +394,17 @@ void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 }
 
 // ---------------------------------------------------------------------------
-// cholesky_apply : several ranks: z = M^-1 r, r and z whole                            (8.7)
+// cholesky_apply : several ranks: z = M^-1 r, r and z summed over the ranks            (8.7)
 //
 //   inout y   [neq] work space
 //
-// When all ranks have the same border, each solves for all of it. Otherwise each solves for the rows that it
-// has, with its part of those that others have too.  Returns r z of all ranks. Collective.
+// If all ranks have the same border, each solves for all of it. Otherwise each solves for its own rows,
+// shared rows being weighted.  Returns r z of all ranks. Collective.
 // ---------------------------------------------------------------------------
 double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own, RealVec& y, RealVec& z)
 {
   const FactorRows rows = own_rows(own), edge = all_rows(own.border);
-  const int* row = own.order.data();               // of A, that place n of the factor is
+  const int* row = own.order.data();               // row of A for each row of the factor
   return with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value;
     if (!own.in_order) {
@@ -440,11 +441,11 @@ double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own
 }
 
 // ---------------------------------------------------------------------------
-// reused_form : which row of the factorised matrix each row of A was                     (8.4)
+// reused_form : finds the row of the factorised matrix for each row of A                 (8.4)
 //
-//   in   key   [nrow] who a row is: two rows with the same key are the same node
-//   divided model: only rows that all who have them had then, the rank they belonged to among these
-//   out  k     old row of each row, or -1; those get the inverse of their diagonal block
+//   in   key   [nrow] identity of a row: two rows with the same key are the same node
+//   divided model: only rows that all ranks with the row had then, including its former owner
+//   out  k     old row of each row, or -1; these get the inverse of their diagonal block
 //
 // false: the diagonal block of a new row is not positive definite
 // ---------------------------------------------------------------------------
@@ -473,8 +474,8 @@ bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors
   return sys_shared(A) ? !comm_allreduce_max(static_cast<int>(!good)) : good;
 }
 
-// z = P^T F^-1 P r + inverse diagonal blocks of the rows that P leaves out: symmetric and positive definite
-// when F is
+// z = P^T F^-1 P r + inverse diagonal blocks of the rows that P omits: symmetric
+// and positive definite if F is
 Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z)
 {
   if (k.same) return solve_back_rough(s, r, z);

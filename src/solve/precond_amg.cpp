@@ -13,12 +13,12 @@
 
 namespace {
 
-// Answers depend on none of these, seconds do (doc/benchmarks.md, Algebraic multigrid)
-const double SETUP_AGAIN = 10.0;   // iterations that new coarse matrices cost
+// Affects run time, not results (doc/benchmarks.md, Algebraic multigrid)
+const double SETUP_AGAIN = 10.0;   // cost of new coarse matrices, in iterations
 
 const Petsc* petsc = nullptr;
 
-// how a block of the lower triangle is meant
+// use of a block of the lower triangle
 enum Kind { AS_IT_IS, TRANSPOSED, DIAGONAL };
 
 struct Target {
@@ -27,41 +27,41 @@ struct Target {
 
 }  // namespace
 
-// One hierarchy of PETSc (GAMG). Its finest level works on the matrix and the incomplete factor that are here
+// A hierarchy of PETSc (GAMG). Its finest level uses the matrix and the incomplete factor of this program
 struct AmgData {
   AmgData()                          = default;
   AmgData(const AmgData&)            = delete;
   AmgData& operator=(const AmgData&) = delete;
   ~AmgData();
 
-  const SysMatrix* M = nullptr;    // matrix of today: all rows, or those of this rank and their neighbours
-  std::vector<float> val;          // its values, which need no more digits here
+  const SysMatrix* M = nullptr;    // present matrix: all rows, or the rows of this rank
+  std::vector<float> val;          // its values, in single precision
   OwnBlock* own      = nullptr;    // several ranks
   const Cholesky* L  = nullptr;    // its incomplete factor
-  IntVec off, col;                 // pattern that the lists below are for; several ranks: its check sum
+  IntVec off, col;                 // pattern for which the lists below are valid; several ranks: its checksum
   std::uint64_t pattern = 0;
   int nall = 0;                    // block rows of all ranks
-  IntVec row;                      // [n] rows of M that belong to this rank; the rows below
+  IntVec row;                      // [n] owned rows of M; the rows below
   IntVec block_off;                // [n+1]
   IntVec source;                   // [blocks of the rows] 2 k: block k of M, 2 k + 1: transposed
   IntVec number;                   // [blocks of the rows] column, numbered over all ranks
-  // several ranks: [ranks] blocks of M that a rank needs, 3 k + Kind; where those that come are added in
-  // entry, one rank after the other; [ranks] how many come
+  // several ranks: [ranks] blocks of M that a rank needs, 3 k + Kind; positions in entry of the blocks
+  // received, rank by rank; [ranks] number of blocks received
   std::vector<IntVec> to;
   std::vector<Target> target;
   IntVec come;
-  IntVec entry_off, entry_col;     // the same for single equations
-  RealVec entry;                   // their values, those of the matrix with this stamp:
+  IntVec entry_off, entry_col;     // the same for scalar equations
+  RealVec entry;                   // their values, of the matrix with this stamp:
   long stamp = -1;
-  Mat matrix = nullptr;            // entries; its product is that with M
+  Mat matrix = nullptr;            // of entry; its product is replaced by sys_multiply with M
   double level_bytes = 0.0;        // of the matrices of coarse levels in single precision
   PC multigrid = nullptr;
   Vec in = nullptr, out = nullptr;
   RealVec x, y;                    // [M.neq]
   RealVec r, z;                    // [n*dim] several ranks
-  bool kept = false;               // coarse matrices are those of an earlier matrix
-  double digit = 0.0;              // iterations a digit when they were new
-  double extra = 0.0;              // iterations that it took more since then
+  bool kept = false;               // the coarse matrices belong to an earlier matrix
+  double digit = 0.0;              // iterations per digit when they were new
+  double extra = 0.0;              // additional iterations since then
 };
 
 AmgData::~AmgData()
@@ -102,7 +102,7 @@ void list_blocks(const SysMatrix& M, const IntVec& number, AmgData& d)
   }
 }
 
-// divided model: the blocks of the rows that belong to this rank, from all ranks that have a part of them
+// divided model: the blocks of owned rows, from all ranks that contribute to them
 void list_blocks_of_all(const SysMatrix& M, const RowNumbers& rows, AmgData& d)
 {
   const int ranks = comm_size(), first = rows.first[comm_rank()];
@@ -142,8 +142,8 @@ void list_blocks_of_all(const SysMatrix& M, const RowNumbers& rows, AmgData& d)
     for (size_t k = 0; k < list.size(); k += 2) {
       const int I = list[k], begin = d.block_off[I], end = d.block_off[I + 1];
       const auto at = std::lower_bound(d.number.begin() + begin, d.number.begin() + end, list[k + 1]);
-      const int place = static_cast<int>(at - d.number.begin()) - begin;
-      d.target.push_back({begin * D * D + place * D, (end - begin) * D});
+      const int index = static_cast<int>(at - d.number.begin()) - begin;
+      d.target.push_back({begin * D * D + index * D, (end - begin) * D});
     }
   }
 }
@@ -182,7 +182,7 @@ void add_entries(const double* block, const Target& t, AmgData& d)
     for (int j = 0; j < D; ++j) d.entry[static_cast<size_t>(t.first) + i * t.stride + j] += block[i * D + j];
 }
 
-// divided model: parts of all ranks, in their order
+// divided model: adds the contributions of all ranks, in the order of the ranks
 template <int D>
 void fill_entries_of_all(const SysMatrix& M, AmgData& d)
 {
@@ -232,8 +232,8 @@ void fill_entries(AmgData& d)
   log_bug("fill_entries: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
 }
 
-// displacements and rotations of a rigid body at the rows of this rank, about the middle of all rows; place
-// [neq], of all ranks. Without it, displacements alone
+// translations and rotations of a rigid body at the rows of this rank, about the centre of all rows; place
+// [neq], of all ranks: positions. Without it, translations only
 std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
 {
   const int D = d.M->dim;
@@ -259,11 +259,11 @@ std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
   return motion;
 }
 
-// ---- own products in place of those of PETSc ------------------------------
+// ---- matrix products of this program instead of those of PETSc ------------
 
 const char* const ATTACHED = "mpfe";
 
-// what a matrix of PETSc carries; null: nothing
+// data attached to a matrix of PETSc; null: none
 template <class T>
 T* attached(Mat matrix)
 {
@@ -334,8 +334,8 @@ PetscErrorCode level_mult_transpose(Mat matrix, Vec from, Vec to)
   return work_on(from, to, [&](const double* x, double* y) { level_transposed(A, x, y); });
 }
 
-// a sequential matrix of PETSc, in blocks of rows x cols: its products become those of level_product.h, if
-// the blocks fit
+// replaces the products of a sequential matrix of PETSc, in blocks of rows x cols, by those of
+// level_product.h if the blocks fit
 bool take_products(Mat matrix, int rows, int cols, AmgData& d)
 {
   LevelMatrix* A = attached<LevelMatrix>(matrix);
@@ -377,11 +377,11 @@ bool take_products(Mat matrix, AmgData& d)
 
 // ---- the finest level: M and its incomplete factor -------------------------
 
-// the numbers v of the rows of this rank in a vector of all rows of M, 0 in others; and the way back
+// copies v of the owned rows into a vector of all rows of M, 0 elsewhere; pick_rows is the inverse
 void put_rows(const AmgData& d, const double* v, RealVec& x)
 {
   const int D = d.M->dim;
-  if (d.own) std::fill(x.begin(), x.end(), 0.0);     // else all rows are here
+  if (d.own) std::fill(x.begin(), x.end(), 0.0);     // else all rows are owned
   for (size_t l = 0; l < d.row.size(); ++l) std::copy_n(v + l * D, D, &x[static_cast<size_t>(d.row[l]) * D]);
 }
 
@@ -412,7 +412,7 @@ void pick(const AmgData& d, const RealVec& from, Vec to)
 PetscErrorCode multiply(Mat matrix, Vec from, Vec to)
 {
   AmgData& d = *attached<AmgData>(matrix);
-  if (!d.own)                                        // in place
+  if (!d.own)                                        // without a copy
     return work_on(from, to, [&](const double* x, double* y) { sys_multiply(*d.M, d.val, x, y); });
   spread(d, from);
   sys_multiply(*d.M, d.val, d.x.data(), d.y.data());
@@ -474,8 +474,8 @@ bool give_motions(AmgData& d, const RealVec* place)
   return good;
 }
 
-// own products on all levels, those of the finest again: PETSc sets its own when it puts a matrix together.
-// begin: of the interpolation too, which stays
+// sets the products of this program on all levels, on the finest again, since PETSc resets them when it
+// assembles a matrix. begin: also those of the interpolation, which is kept
 bool take_levels(int levels, bool begin, AmgData& d)
 {
   for (int l = 1; l < levels; ++l) {
@@ -489,8 +489,8 @@ bool take_levels(int levels, bool begin, AmgData& d)
   return set_operation(d.matrix, MATOP_MULT, multiply);
 }
 
-// the finest smoother is one step of Chebyshev with the incomplete factor; the others are those of GAMG,
-// two steps with the diagonal
+// the finest smoother is one Chebyshev step with the incomplete factor; the others are those of GAMG, two
+// steps with the diagonal
 bool refine(bool begin, AmgData& d)
 {
   int levels = 0;
@@ -506,7 +506,7 @@ bool refine(bool begin, AmgData& d)
 
 bool form_hierarchy(AmgData& d, const RealVec* place)
 {
-  // one rank: the default takes a third longer; several know no other ways
+  // one rank: the default takes a third longer; on several ranks there is no choice
   if (!d.own && petsc->PetscOptionsSetValue(nullptr, "-matptap_via", "rap")) return false;
   const MPI_Comm comm = comm_of(d);
   return create_vector(d, nullptr, &d.in) && create_vector(d, nullptr, &d.out) && create_matrices(d) &&
@@ -515,7 +515,7 @@ bool form_hierarchy(AmgData& d, const RealVec* place)
          !petsc->PCSetOperators(d.multigrid, d.matrix, d.matrix) && give_motions(d, place) && refine(true, d);
 }
 
-// coarse matrices of today, with the interpolation as it is
+// recomputes the coarse matrices, with the same interpolation
 bool renew_hierarchy(AmgData& d)
 {
   const int error = d.own ? petsc->MatUpdateMPIAIJWithArray(d.matrix, d.entry.data())
@@ -578,12 +578,12 @@ bool amg_there() { return (petsc = petsc_open()) != nullptr; }
 // ---------------------------------------------------------------------------
 // amg_form : multigrid for M, by smoothed aggregation                                      (8.12)
 //
-//   in   M       A; several ranks: the part of this one
+//   in   M       A; several ranks: the contribution of this one
 //        L       incomplete factor of M, the smoother of the finest level
-//        place   [neq] positions of the nodes of all rows; empty: not known
-//   out  data    the hierarchy. Of the same pattern, the coarse matrices stay as long as the iterations that
-//                they cost more than new ones are fewer than those that new ones cost
-//   false: PETSc is not there, or cannot do it
+//        place   [neq] positions of the nodes of all rows; empty: unknown
+//   out  data    the hierarchy. For the same pattern the coarse matrices are kept until the additional
+//                iterations exceed the cost of new ones
+//   false: PETSc is not available, or failed
 // ---------------------------------------------------------------------------
 bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
               long stamp, std::shared_ptr<AmgData>& data)
@@ -609,7 +609,7 @@ bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::f
   return false;
 }
 
-// amg_apply : z = multigrid r, rho = r z; several ranks: vectors of own, whole
+// amg_apply : z = multigrid r, rho = r z; several ranks: vectors summed over the ranks
 bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho)
 {
   if (d.own) pick_rows(d, r, d.r.data());
@@ -629,8 +629,8 @@ bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho)
   return true;
 }
 
-// amg_count : what a solution has taken. true: it failed with coarse matrices of an earlier matrix, and may
-// do better with new ones
+// amg_count : counts the iterations of a solution. true: it failed with coarse matrices of an earlier matrix,
+// and may succeed with new ones
 bool amg_count(AmgData& d, const CgDone& done)
 {
   if (!done.good) {

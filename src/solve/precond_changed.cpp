@@ -7,9 +7,9 @@
 #include "base/log.h"
 #include "solve/solve_data.h"
 
-// Rows of the grid: what broken points and their bonds leave there, factorised alone
+// Rows of the grid, of broken points and their bonds, factorised separately
 struct GridBlock {
-  int first = 0, dim = 0;      // block rows from here on
+  int first = 0, dim = 0;      // block rows from first on
   RealVec scale;               // 1/sqrt of the diagonal
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor;
   Eigen::VectorXd x;
@@ -18,7 +18,7 @@ struct GridBlock {
 
 namespace {
 
-// of the stiffness of its elements: a block that differs by more belongs to the set
+// of the stiffness of its elements: a block with a larger difference belongs to the set
 const double CHANGED    = 0.01;
 const size_t MAX_CHANGED = 300;      // unknowns of the set
 // of a unit diagonal: rows of the grid may have no stiffness of their own
@@ -26,9 +26,9 @@ const double SHIFT      = 1e-14;
 
 double largest(const double* a, int n)
 {
-  double most = 0.0;
-  for (int i = 0; i < n; ++i) most = std::max(most, std::fabs(a[i]));
-  return most;
+  double size = 0.0;
+  for (int i = 0; i < n; ++i) size = std::max(size, std::fabs(a[i]));
+  return size;
 }
 
 // block of the lower triangle of A in row I, column J <= I; null: none
@@ -41,7 +41,7 @@ const double* block_of(const SysMatrix& A, int I, int J)
   return &A.val[static_cast<size_t>(found - A.col.data()) * A.dim * A.dim];
 }
 
-// the same, looked for at place next first; next is set behind what was found
+// the same, tested first at index next; next is set to the index after the block found
 const double* block_at(const SysMatrix& A, int I, int J, int& next)
 {
   const double* found = next < A.off[I + 1] && A.col[next] == J
@@ -51,7 +51,7 @@ const double* block_at(const SysMatrix& A, int I, int J, int& next)
   return found;
 }
 
-// the block in row I, column J of a symmetric matrix, whichever triangle it lies in, with all its numbers
+// the full block in row I, column J of a symmetric matrix, from either triangle
 bool whole_block(const SysMatrix& A, int I, int J, double* out)
 {
   const int D     = A.dim;
@@ -66,7 +66,7 @@ bool whole_block(const SysMatrix& A, int I, int J, double* out)
   return true;
 }
 
-// stiffness of the elements at a row: its largest coupling with another one. The diagonal may be that of
+// stiffness of the elements at a row: its largest coupling with another row, since the diagonal may come from
 // stiff bonds.   [nfe]
 void element_size(const SysMatrix& A, int nfe, RealVec& size)
 {
@@ -78,11 +78,11 @@ void element_size(const SysMatrix& A, int nfe, RealVec& size)
       size[I]        = std::max(size[I], a);
       size[A.col[k]] = std::max(size[A.col[k]], a);
     }
-  for (int I = 0; I < nfe; ++I)        // coupled to nothing, as where it is held
+  for (int I = 0; I < nfe; ++I)        // without coupling, as at prescribed nodes
     if (size[I] == 0.0) size[I] = largest(&A.val[static_cast<size_t>(A.off[I + 1] - 1) * DD], DD);
 }
 
-// the block of the grid. false: not positive
+// factorises the block of the grid. false: not positive definite
 bool grid_factor(const SysMatrix& A, int first, GridBlock& g)
 {
   const int D = A.dim, n = (A.nrow - first) * D;
@@ -179,8 +179,8 @@ void take_grid(const SysMatrix& A, GridBlock& g, const IntVec& set, RealVec& C)
 
 using Dense = Eigen::Map<Eigen::MatrixXd>;
 
-// rows of elements today in the old matrix, and the reverse; rows that have left belong to the set. false:
-// one is new
+// maps present rows of elements to the old matrix, and back; removed rows belong to the set.
+// false: a row is new
 bool match_rows(const std::vector<long>& key, int nfe, Changed& c, std::vector<char>& in)
 {
   c.old.resize(nfe);
@@ -196,7 +196,7 @@ bool match_rows(const std::vector<long>& key, int nfe, Changed& c, std::vector<c
   return true;
 }
 
-// old rows of elements of which a block differs from that of today
+// old rows of elements with a block that has changed
 void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in)
 {
   const int D = A.dim, DD = D * D;
@@ -205,30 +205,30 @@ void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in
   RealVec stiffness(c.nfe);
   for (int J = 0; J < c.nfe; ++J)
     stiffness[J] = c.now[J] >= 0 ? std::min(size[c.now[J]], c.size[J]) : c.size[J];
-  const auto compare = [&](int I, int K, const double* today, const double* before) {      // old rows
-    double most = 0.0;
+  const auto compare = [&](int I, int K, const double* now, const double* before) {        // old rows
+    double change = 0.0;
     for (int i = 0; i < DD; ++i)
-      most = std::max(most, std::fabs((today ? today[i] : 0.0) - (before ? before[i] : 0.0)));
-    if (most * most > CHANGED * CHANGED * stiffness[I] * stiffness[K]) in[I] = in[K] = 1;
+      change = std::max(change, std::fabs((now ? now[i] : 0.0) - (before ? before[i] : 0.0)));
+    if (change * change > CHANGED * CHANGED * stiffness[I] * stiffness[K]) in[I] = in[K] = 1;
   };
   double other[9];
   for (int I = 0; I < nfe; ++I) {
     const int J0 = c.old[I];
-    int next = c.A0.off[J0];                               // rows mostly keep their order
+    int next = c.A0.off[J0];                               // most rows keep their order
     for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
       const int K0 = c.old[A.col[k]];
       if (in[J0] && in[K0]) continue;
-      const double* today  = &A.val[static_cast<size_t>(k) * DD];
+      const double* now    = &A.val[static_cast<size_t>(k) * DD];
       const double* before = J0 >= K0 ? block_at(c.A0, J0, K0, next) : block_of(c.A0, K0, J0);
       if (before && J0 < K0) {                             // the other triangle
         for (int i = 0; i < D; ++i)
           for (int j = 0; j < D; ++j) other[i * D + j] = before[j * D + i];
         before = other;
       }
-      compare(J0, K0, today, before);
+      compare(J0, K0, now, before);
     }
   }
-  for (int J = 0; J < c.nfe; ++J) {                        // couplings that are no more
+  for (int J = 0; J < c.nfe; ++J) {                        // couplings that no longer exist
     const int I = c.now[J];
     int next    = I >= 0 ? A.off[I] : 0;
     for (int k = c.A0.off[J]; k < c.A0.off[J + 1]; ++k) {
@@ -240,9 +240,9 @@ void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in
   }
 }
 
-// columns of the inverse of the old matrix for rows that are new in the set, and the inverse of their rows in
-// the set. They are kept in single precision, since reading them is a third of an application; the set
-// itself, and what CG compares with, is double
+// adds columns of the inverse of the old matrix for new rows of the set, and the inverse of their rows in the
+// set. The columns are stored in single precision, since reading them is a third of an application; the dense
+// matrices of the set and the residual of CG are double
 Status add_columns(Solver& s, Changed& c, const IntVec& rows)
 {
   const int D = c.A0.dim, count = static_cast<int>(rows.size()) * D;
@@ -268,7 +268,7 @@ Status add_columns(Solver& s, Changed& c, const IntVec& rows)
   if (factor.info() != Eigen::Success) return SOLVER_SINGULAR;
   c.G.resize(static_cast<size_t>(m) * m);
   Dense(c.G.data(), m, m) = factor.solve(Eigen::MatrixXd::Identity(m, m));
-  // the old matrix there, without its grid
+  // the old matrix in the set, without its grid
   c.C0.assign(static_cast<size_t>(m) * m, 0.0);
   double block[9];
   for (int J = 0; J < m / D; ++J)
@@ -315,9 +315,9 @@ bool form_dense(const SysMatrix& A, Changed& c)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// changed_begin : a matrix that has just been factorised: rows that change from here on are found against it
+// changed_begin : stores a matrix that has just been factorised; later changes of rows are relative to it
 //
-//   in   nfe   rows of elements; those behind belong to the grid
+//   in   nfe   rows of elements, followed by rows of the grid
 // ---------------------------------------------------------------------------
 void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Changed& c)
 {
@@ -343,7 +343,7 @@ void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Ch
 // changed_form : the set of rows in which A differs from the matrix that was factorised, and their dense
 // matrix  (8.9)
 //
-// false: too many, or a matrix is not positive
+// false: too many rows, or a matrix is not positive definite
 // ---------------------------------------------------------------------------
 bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, int nfe, long stamp,
                   Changed& c)
@@ -374,7 +374,7 @@ Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r
   const int D = A.dim, m = static_cast<int>(c.set.size()) * D, nfe = static_cast<int>(c.old.size()),
             nf = nfe * D;
   const size_t neq = static_cast<size_t>(c.A0.neq());
-  // 1. the grid leaves
+  // 1. eliminate the grid
   RealVec rf(r.begin(), r.begin() + nf), rg(r.begin() + nf, r.end());
   grid_solve(*c.grid, rg.data());
   grid_couple(A, nfe, true, rg.data(), rf.data());
@@ -410,7 +410,7 @@ Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r
   }
   for (int I = 0; I < nfe; ++I)
     for (int i = 0; i < D; ++i) z[I * D + i] = c.y[c.old[I] * D + i];
-  // 3. the grid follows
+  // 3. back substitution for the grid
   std::copy(r.begin() + nf, r.end(), z.begin() + nf);
   grid_couple(A, nfe, false, z.data(), z.data() + nf);
   grid_solve(*c.grid, z.data() + nf);

@@ -14,32 +14,32 @@
 namespace {
 
 const double BLAS_BUFFER = 150.0;    // MB
-// operations of the skyline, half a millisecond; MUMPS takes a quarter of one for nothing
-const double NARROW = 2e6;
-// equations of a plane problem from which on CHOLMOD is faster than MUMPS: contact of 1060 0.73 of its time
-const int PLANE = 200;
+// operations of a skyline factorisation, half a millisecond; MUMPS has an overhead of a quarter millisecond
+const double MAX_SKYLINE_FLOPS = 2e6;
+// equations of a 2D problem from which on CHOLMOD is faster than MUMPS: 0.73 of its time, contact with 1060
+const int CHOLMOD_FROM = 200;
 
 #ifdef MPFE_MUMPS
 bool by_mumps(const Solver& s) { return s.kind == SOLVER_MUMPS && !s.data->narrow; }
 #endif
 
-// is a zero pivot an error, or not expected?
+// are zero pivots errors, or not expected?
 bool regular(const Solver& s) { return s.masses || s.null_pivot_row < 0; }
 
-// A small matrix with a narrow profile: the skyline is faster than MUMPS begins. Not with REUSE=NO: whether
-// an earlier matrix of the pattern was unfit for it would decide, which a continued run cannot know
+// A small matrix with a narrow profile: the skyline takes less than the overhead of MUMPS. Not with REUSE=NO:
+// the choice depends on earlier matrices of the pattern, which a restarted run does not have
 bool narrow_analyse(Solver& s, const SysMatrix& A)
 {
   if (s.kind != SOLVER_MUMPS || s.def.kind == SOLVER_MUMPS || !s.def.reuse || !regular(s) ||
       s.data->unfit || A.neq() >= SMALL_SYSTEM || comm_size() > 1)
     return false;
-  return skyline_analyse(s, A) == STATUS_OK && s.flops < NARROW;
+  return skyline_analyse(s, A) == STATUS_OK && s.flops < MAX_SKYLINE_FLOPS;
 }
 
 using Work = Status (*)(Solver& s, const SysMatrix& A);
 
-// divided model: rank 0 hears in which rows zero pivots are fixed
-void tell_soft(Solver& s)
+// divided model: sends the rows whose zero pivots are fixed to rank 0
+void send_soft(Solver& s)
 {
   SolverData& d = *s.data;
   const int me  = comm_rank();
@@ -53,12 +53,12 @@ void tell_soft(Solver& s)
     for (int number : list) d.soft[number] = 1;
 }
 
-// the work on A; first_only: by rank 0 on the whole matrix, and the others hear how it went
+// the work on A; first_only: by rank 0 on the whole matrix, which sends the result to the others
 Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
 {
   SolverData& d = *s.data;
   if (!d.first_only) return work(s, A);
-  if (d.pattern.divided) tell_soft(s);
+  if (d.pattern.divided) send_soft(s);
   const SysMatrix whole = sys_collect(A, values);
   Status status = comm_rank() == 0 ? work(s, whole) : STATUS_OK;
   status = static_cast<Status>(comm_bcast(status));
@@ -83,11 +83,11 @@ Status analyse_for_mumps(Solver& s, const SysMatrix& A)
   return status;
 }
 
-// Plane problems on one rank: CHOLMOD takes half the time of MUMPS, which is asked only when CHOLMOD does not
-// take the matrix
+// 2D problems on one rank: CHOLMOD takes half the time of MUMPS, which follows only if CHOLMOD cannot
+// factorise the matrix
 Status analyse_mumps_or_chm(Solver& s, const SysMatrix& A)
 {
-  if (s.def.kind != SOLVER_MUMPS && A.dim == 2 && A.neq() >= PLANE &&
+  if (s.def.kind != SOLVER_MUMPS && A.dim == 2 && A.neq() >= CHOLMOD_FROM &&
       (comm_size() == 1 || s.data->first_only)) {
     const Status status = chm_analyse(s, A);
     if (status != SOLVER_SINGULAR) return status;
@@ -96,8 +96,8 @@ Status analyse_mumps_or_chm(Solver& s, const SysMatrix& A)
   return analyse_for_mumps(s, A);
 }
 
-// A matrix that is not clearly positive is left to MUMPS, and so are the next ones of this pattern. With
-// REUSE=NO each one is judged by itself, so that a run that was continued does the same
+// A matrix that is not clearly positive definite is left to MUMPS, and so are the following ones of this
+// pattern. With REUSE=NO each matrix is tried, so that a restarted run does the same
 Status factor_mumps_or_chm(Solver& s, const SysMatrix& A)
 {
   SolverData& d = *s.data;
@@ -126,7 +126,7 @@ Status back_work(Solver& s, RealVec& x)
   return skyline_back(s, x);
 }
 
-// rank 0 has the factors. Divided model: it gets the rows that belong to each rank, and these get theirs
+// rank 0 has the factors. Divided model: ranks send their owned rows to it, and receive the solution in these
 Status back_by_first(Solver& s, RealVec& x)
 {
   const SolverData& d = *s.data;
@@ -163,7 +163,7 @@ Status back_by_first(Solver& s, RealVec& x)
   return static_cast<Status>(comm_bcast(status));
 }
 
-// a sum is finite only when every part of it is (values near the largest double do not occur)
+// a sum is finite only if all its terms are (values near the largest double do not occur)
 bool is_finite(const RealVec& v)
 {
   double part[8] = {};
@@ -206,11 +206,11 @@ Status solve_fail(Solver& s, Status status, const char* format, ...)
   return status;
 }
 
-// ranks have patterns of their own, and the same answer
+// each rank compares its own pattern; the result is the same on all ranks
 bool solve_same_pattern(const Solver& s, const SysMatrix& A)
 {
   const SolverData& d = *s.data;
-  // rows of several ranks too: a contact that meets another face may have the same pattern with other nodes.
+  // compare the shared rows too: a contact with another face may give the same pattern on other nodes.
   // Test: S6 (contact/g2_edges on two ranks)
   const bool rows = d.pattern.halo.common == A.halo.common && d.pattern.halo.owner == A.halo.owner;
   const bool same = d.pattern.dim == A.dim && d.pattern.off == A.off && d.pattern.col == A.col &&
@@ -218,14 +218,14 @@ bool solve_same_pattern(const Solver& s, const SysMatrix& A)
   return sys_shared(A) ? !comm_allreduce_max(!same) : same;
 }
 
-// Asked for and given back, with the buffer of each thread of OpenBLAS, which waits for ever when it gets
-// none
+// Allocates and frees the memory, with the buffer of a thread of OpenBLAS, which would wait
+// for ever without it
 bool solve_room(double mb)
 {
   const size_t bytes = static_cast<size_t>(1e6 * (mb + BLAS_BUFFER));
-  void* room = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (room != MAP_FAILED) munmap(room, bytes);
-  return room != MAP_FAILED;
+  void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory != MAP_FAILED) munmap(memory, bytes);
+  return memory != MAP_FAILED;
 }
 
 bool solve_open(Solver& s, const SolverDef& def)
@@ -307,8 +307,8 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   if (sys_rows(A) > 0) {
 #ifdef MPFE_MUMPS
     status = do_work(s, A, true, by_mumps(s) ? factor_mumps_or_chm : skyline_factor);
-    // the skyline does not pivot: what is singular or indefinite in statics is left to MUMPS, until the
-    // pattern is another one
+    // the skyline does not pivot: matrices that are singular or indefinite in statics are left to MUMPS,
+    // until the pattern changes
     if (d.narrow && (status != STATUS_OK || (s.negative > 0 && !s.masses))) {
       d.unfit = true;
       status  = solve_analyse(s, A);

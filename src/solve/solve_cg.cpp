@@ -6,11 +6,11 @@
 
 namespace {
 
-const double INDEPENDENT = 1e-8;   // part of the energy of a solution that others do not have
-const double CANCELS = 1e-8;   // of r r, where a difference of squares has lost digits
-const double CLEAR = 5.0;      // factor between the guess by the length of r and sqrt(r M^-1 r)
+const double INDEPENDENT = 1e-8;   // least fraction of the energy of a solution not in the span of the others
+const double CANCELS = 1e-8;   // of r r: below, a difference of squares has lost too many digits
+const double CLEAR = 5.0;      // safety factor on the estimate of sqrt(r M^-1 r) by the length of r
 
-// q = A p, several ranks: the part of this one; returns its part of p q
+// q = A p, several ranks: the contribution of this one; returns its contribution to p q
 double part_of_product(const CgSystem& s, const RealVec& p, RealVec& q)
 {
   sys_multiply(s.A, p, q);
@@ -25,7 +25,7 @@ double multiply(const CgSystem& s, const RealVec& p, RealVec& q)
   return pq;
 }
 
-// The products that a step needs
+// The products that an iteration needs
 struct Products {
   double pq, rq, rr, qq;
 };
@@ -33,7 +33,7 @@ struct Products {
 // adds p q, r q, r r where once, and q q to sum [4]
 void add_products(const RealVec& p, const RealVec& r, const RealVec& q, const RealVec& once, double* sum)
 {
-  const int LANES = 8;         // so that the compiler can use vector registers
+  const int LANES = 8;         // for vector registers
   double part[4][LANES] = {};
   const size_t n = p.size(), whole = n / LANES * LANES;
   const auto add = [&](size_t k, int l) {
@@ -49,7 +49,7 @@ void add_products(const RealVec& p, const RealVec& r, const RealVec& q, const Re
     for (double x : part[i]) sum[i] += x;
 }
 
-// Two ranks: q = A p, with all products in one message. Products of the border both add in the same order
+// Two ranks: q = A p, with all products in one message. Both add the products of the border in the same order
 Products multiply_both(const CgSystem& s, const RealVec& p, const RealVec& r, RealVec& q)
 {
   const OwnBlock& own = *s.own;
@@ -75,7 +75,7 @@ double whole(const CgSystem& s, double part)
   return part;
 }
 
-// a b of whole vectors
+// a b, summed over the ranks
 double product(const CgSystem& s, const RealVec& a, const RealVec& b)
 {
   return s.own ? whole(s, own_dot(*s.own, a, b)) : dot(a, b);
@@ -99,7 +99,7 @@ void turn(double a, const RealVec& z, RealVec& p)
   for (size_t i = 0; i < z.size(); ++i) to[i] = from[i] + a * to[i];
 }
 
-// length of r after the step: of products with the r before, itself where these nearly cancel
+// norm of r after the step, from products with the previous r; computed directly where these nearly cancel
 double next_length(const CgSystem& s, const Products& sum, double alpha, const RealVec& r)
 {
   const double square = sum.rr - 2.0 * alpha * sum.rq + alpha * alpha * sum.qq;
@@ -109,7 +109,7 @@ double next_length(const CgSystem& s, const Products& sum, double alpha, const R
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// cg_begin : earlier solutions are made orthogonal in A, the newest first; x = sum (v b)/(v A v) v  (8.8)
+// cg_begin : A-orthogonalises earlier solutions, the newest first; x = sum (v b)/(v A v) v          (8.8)
 // ---------------------------------------------------------------------------
 double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x)
 {
@@ -143,11 +143,11 @@ double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>&
 // cg_solve : conjugate gradients for A x = b, with a symmetric positive definite preconditioner M = P   (8.2)
 //
 //   in   s              A and the preconditioner; several ranks: on the rows of this one
-//        goal           of sqrt(r M^-1 r), which is near sqrt(energy) of the error, and of the norm of r:
-//                       stiff bonds have large residuals of little energy, soft parts the reverse
-//   out  x              the last iterate, also when the end was not reached
+//        goal           for sqrt(r M^-1 r), which is close to sqrt(energy) of the error, and for the norm of
+//                       r: stiff bonds have large residuals of little energy, soft parts the reverse
+//   out  x              the last iterate, also without convergence
 //
-// good = false: a limit was met, or a direction of no or negative curvature
+// good = false: a limit was reached, or a direction of no or negative curvature found
 // ---------------------------------------------------------------------------
 CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x)
 {
@@ -190,10 +190,10 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
     add(alpha, w.p, x);
     add(-alpha, w.q, w.r);
     before = rho;
-    // M^-1 r would only tell that this is the end: the length of r says so when it is clear
-    const double shorter = both ? next_length(s, sum, alpha, w.r) : norm(s, w.r);
-    const double guess   = done.end * shorter / length;
-    length = shorter;
+    // saves the last M^-1 r where the norm of r shows convergence clearly
+    const double reduced = both ? next_length(s, sum, alpha, w.r) : norm(s, w.r);
+    const double guess   = done.end * reduced / length;
+    length = reduced;
     if (length > residual || CLEAR * guess > energy) continue;
     ++done.iterations;
     done.end  = guess;

@@ -11,7 +11,7 @@ struct ChmData {
   cholmod_common common;
   cholmod_factor* L = nullptr;
   cholmod_dense *X = nullptr, *Y = nullptr, *E = nullptr;      // solution and workspace of the last solution
-  // of chm_rough: columns of L from the diagonal on, the diagonal inverted; empty: not made yet
+  // for chm_rough: columns of L from the diagonal on, the diagonal inverted; empty: not formed yet
   std::vector<float> rough;
   RealVec x, w;                // [n]; of a supernode
   ChmData();
@@ -20,8 +20,8 @@ struct ChmData {
   ChmData& operator=(const ChmData&) = delete;
 };
 
-// What differs from the defaults of CHOLMOD: always supernodal, and ordered by AMD alone. METIS takes five to
-// ten times as long for factors that are at best a few percent smaller (doc/benchmarks.md)
+// Differences from the defaults of CHOLMOD: always supernodal, ordering by AMD only. METIS takes five to ten
+// times as long for factors that are at best a few percent smaller (doc/benchmarks.md)
 ChmData::ChmData()
 {
   cholmod_start(&common);
@@ -42,10 +42,10 @@ ChmData::~ChmData()
 namespace {
 
 const double ZERO_PIVOT = 3e-12;     // of the diagonal of A in the same equation, as for the skyline
-const int TOGETHER      = 16;        // right-hand sides at a time: more are no cheaper
+const int TOGETHER      = 16;        // right-hand sides solved together: more are no cheaper
 
-// CHOLMOD asks OpenMP for four threads in each supernode, whatever the user has set; they make the
-// factorisation half as dear again
+// CHOLMOD starts four OpenMP threads in each supernode, whatever the user has set; they make the
+// factorisation 1.5 times as expensive
 struct OneThread {
   const int levels = omp_get_max_active_levels();
   OneThread() { omp_set_max_active_levels(0); }
@@ -82,7 +82,7 @@ cholmod_sparse* upper_triangle(const SysMatrix& A, bool values, cholmod_common& 
 struct Supernode {
   int first, ncol, nrow;
   const int* row;
-  size_t start;                // of its numbers in L.x, column by column
+  size_t start;                // of its values in L.x, column by column
 };
 
 Supernode supernode(const cholmod_factor& L, size_t s)
@@ -130,7 +130,7 @@ void add(int n, double a, const float* __restrict x, double* __restrict y)
   for (int k = 0; k < n; ++k) y[k] += a * static_cast<double>(x[k]);
 }
 
-// x y, the last numbers first: the memory brings L as one stream
+// x y, in reverse order: L is read from memory as one stream
 double product(int n, const float* __restrict x, const double* __restrict y)
 {
   const int LANES = 16;
@@ -144,7 +144,7 @@ double product(int n, const float* __restrict x, const double* __restrict y)
   return sum;
 }
 
-// memory: SOLVER_FAILED; else CHOLMOD is not for this matrix: SOLVER_SINGULAR
+// out of memory: SOLVER_FAILED; else CHOLMOD cannot factorise this matrix: SOLVER_SINGULAR
 Status refuse(Solver& s)
 {
   const ChmData& c = *s.data->chm;
@@ -161,7 +161,7 @@ Status refuse(Solver& s)
 // ---------------------------------------------------------------------------
 // chm_analyse : order of elimination and supernodes
 //
-//   status  SOLVER_FAILED: memory; SOLVER_SINGULAR: CHOLMOD does not take it (integers of 32 bits)
+//   status  SOLVER_FAILED: memory; SOLVER_SINGULAR: too large for CHOLMOD (integers of 32 bits)
 // ---------------------------------------------------------------------------
 Status chm_analyse(Solver& s, const SysMatrix& A)
 {
@@ -176,7 +176,7 @@ Status chm_analyse(Solver& s, const SysMatrix& A)
 }
 
 // ---------------------------------------------------------------------------
-// chm_factor : L L^T of today's values                                                     (8.10)
+// chm_factor : L L^T of the present values                                                 (8.10)
 //
 //   status  SOLVER_SINGULAR: a pivot is not clearly positive; SOLVER_FAILED: memory
 // ---------------------------------------------------------------------------
@@ -224,7 +224,7 @@ Status chm_back(Solver& s, double* x, int count)
 }
 
 // ---------------------------------------------------------------------------
-// chm_rough : x = A^-1 x by L in single precision, which halves what the memory must bring            (8.15)
+// chm_rough : x = A^-1 x by L in single precision, which halves the memory traffic                    (8.15)
 // ---------------------------------------------------------------------------
 Status chm_rough(Solver& s, double* x)
 {

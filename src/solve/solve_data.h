@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// solve_data.h : what the solver files share and nobody else sees
+// solve_data.h : data private to the solver files
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SOLVE_SOLVE_DATA_H
 #define MPFE_SOLVE_SOLVE_DATA_H
@@ -26,8 +26,8 @@ auto with_dim(int dim, Use use)
                     : use(std::integral_constant<int, 3>());
 }
 
-// Profile of the upper triangle of D x D blocks, D = dim. Block column J reaches from block row first[J] to
-// J; its D scalar columns lie one after the other, each of (J - first[J] + 1)*D numbers, from start[J] on.
+// Profile of the upper triangle of D x D blocks, D = dim. Block column J extends from block row first[J] to
+// J; its D scalar columns are stored consecutively, each with (J - first[J] + 1)*D numbers, from start[J] on.
 // After the factorisation: above the diagonal U = L^T with unit diagonal, and d.
 struct Skyline {
   IntVec pos;                  // [nrow] new position of each block row
@@ -44,65 +44,65 @@ struct ChmData;                // private to solve_cholmod.cpp
 
 struct Cholesky {              // incomplete, on the pattern of A
   double shift = 0.0;          // added to the diagonal, relative
-  long stamp = -1;             // of the matrix that it was made for, -1: there is none
-  long pattern = 0;            // and of its pattern (SolveAsk)
-  // since then, in iterations: what solutions have cost, with the making; digits that they have brought
+  long stamp = -1;             // of its matrix, -1: there is no factor
+  long pattern = 0;            // of its pattern (SolveTask)
+  // since it was formed: iterations spent, including the cost of forming it; digits gained
   double spent = 0.0, digits = 0.0;
   bool stale = false;          // the last solution cost more than the mean: the next one gets a new factor
   // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor. Several ranks: as
   // OwnBlock::col
   std::vector<float> L;
   double border_shift = 0.0;
-  std::vector<float> border;   // several ranks: of what is left of the border
+  std::vector<float> border;   // several ranks: factor of the Schur complement of the border
 };
 
-// Several ranks: what conjugate gradients want to know of A beside it; A x is the part of this rank. The
-// border is the rows that other ranks have too (Halo::shared)
+// Several ranks: data of conjugate gradients in addition to A; A x is the contribution of this rank. The
+// border is the rows shared with other ranks (Halo::shared)
 struct OwnBlock {
-  std::uint64_t pattern = 0;   // check sum of the pattern of A and of the owners
-  long number = 0;             // of that pattern, 0: it has none
-  RealVec once;                // [neq] 1 in the rows of this rank, else 0
-  // rows of A in the order of elimination: those of this rank alone, then the border; its blocks off the
-  // border by row, columns in the same order, the diagonal last
-  int inner = 0;               // rows of this rank alone
+  std::uint64_t pattern = 0;   // checksum of the pattern of A and of the owners
+  long number = 0;             // of that pattern, 0: none
+  RealVec once;                // [neq] 1 in owned rows, else 0
+  // rows of A in the order of elimination: first the rows of this rank alone, then the border; blocks outside
+  // the border by row, columns in the same order, the diagonal last
+  int inner = 0;               // number of rows of this rank alone
   bool in_order = false;       // rows of A are in that order
-  IntVec order, at;            // [nrow] row of A; the way back
-  IntVec off, col;             // [nrow+1]; places in the order of elimination
+  IntVec order, at;            // [nrow] row of A; the inverse
+  IntVec off, col;             // [nrow+1]; columns in the order of elimination
   IntVec from;                 // 2 k: block k of A, 2 k + 1: transposed
-  // couplings of the rows of the border, by elements of all ranks that have both
+  // couplings of the rows of the border, from elements of all ranks that have both rows
   SysMatrix border;            // [Halo::shared] rows; no values
-  IntVec border_from;          // [border.col] 2 k: block k of A, 2 k + 1: transposed; -1: of others alone
-  std::vector<IntVec> to;      // [ranks] blocks that a rank has too: 2 k, 2 k + 1: transposed there
+  IntVec border_from;          // [border.col] 2 k: block k of A, 2 k + 1: transposed; -1: of other ranks only
+  std::vector<IntVec> to;      // [ranks] blocks shared with a rank: 2 k, 2 k + 1: transposed there
   RealVec diag;                // [border.neq] diagonal of A, of all ranks
-  RealVec weight;              // [border] 1/sqrt of the ranks that have the row
+  RealVec weight;              // [border] 1/sqrt of the number of ranks that have the row
   bool alike = false;          // all ranks have the same border, in the same order
 };
 
-struct ReusedFactors {                  // factors of an earlier matrix as preconditioner
-  std::vector<long> key;       // [rows of the factors] who they are
-  IntVec owner;                // divided model: [rows of the factors] rank that a row belonged to
-  bool same = false;           // rows are those of today
+struct ReusedFactors {         // factors of an earlier matrix as preconditioner
+  std::vector<long> key;       // [rows of the factors] their keys
+  IntVec owner;                // divided model: [rows of the factors] their former owners
+  bool same = false;           // the rows have not changed
   IntVec old;                  // [nrow] row in the factors, -1: none
-  RealVec inverse;             // [nrow*dim*dim] of the diagonal blocks of rows without
+  RealVec inverse;             // [nrow*dim*dim] of the diagonal blocks of rows without one
   RealVec x;                   // [neq of the factors]
 };
 
 struct GridBlock;              // private to precond_changed.cpp
 struct FirstAlone;             // private to solve_first.cpp
 
-// factors of an earlier matrix, with the rows that have changed since as they are now  (8.9)
+// factors of an earlier matrix, corrected in the rows that have changed since then  (8.9)
 struct Changed {
-  bool on = false;             // it may serve
+  bool on = false;             // can be used
   SysMatrix A0;                // the matrix that was factorised
-  int nfe = 0;                 // its rows of elements; those behind belong to the grid
+  int nfe = 0;                 // its rows of elements, followed by rows of the grid
   RealVec size;                // [nfe] stiffness of the elements at its rows
   std::unordered_map<long, int> row_of;      // its row of a key
-  std::shared_ptr<GridBlock> grid0, grid;    // its rows of the grid, those of today
-  long stamp = -1;             // of the matrix that the rest was made for
-  IntVec old, now;             // rows of elements: [today] row of A0; [A0] row of today, -1: it has left
-  int columns = 0;             // of V that the last form has added
-  IntVec set, place;           // old rows that have changed or left; [nfe] their place in set, -1: not in it
-  // columns A0^-1 e of the set, [A0.neq] each, those of rows that came together in one vector
+  std::shared_ptr<GridBlock> grid0, grid;    // its rows of the grid; the present rows of the grid
+  long stamp = -1;             // of the matrix for which the rest is valid
+  IntVec old, now;             // rows of elements: [present] row of A0; [A0] present row, -1: removed
+  int columns = 0;             // of V added last
+  IntVec set, place;           // old rows that have changed or were removed; [nfe] index into set, -1: none
+  // columns A0^-1 e of the set, [A0.neq] each; rows added at the same time are in one vector
   std::vector<std::vector<float>> V;
   RealVec F, G;                // rows of V in the set, double; their inverse            [set*dim][set*dim]
   RealVec C0, Q;               // of the set: A0 without its grid; inverse of the dense matrix
@@ -121,30 +121,30 @@ struct CgDone {
   bool indefinite = false;     // a direction of no or negative curvature, or no incomplete factor
 };
 
-struct CgGoal {                // both norms must arrive
-  double eta = 0.0;            // r against b, in either norm
-  double energy = 0.0;         // or sqrt(r M^-1 r) against this
-  double residual = 0.0;       // or the norm of r against this
+struct CgGoal {                // both norms must converge
+  double eta = 0.0;            // tolerance relative to b, in either norm
+  double energy = 0.0;         // or absolute, of sqrt(r M^-1 r)
+  double residual = 0.0;       // or absolute, of the norm of r
   int most = 0;                // iterations
-  double begun = 0.0;          // energy b x of the x to begin with, 0: x = 0
-  bool any_sign = false;       // a few directions of negative curvature do not end it
+  double begun = 0.0;          // energy b x of the initial x, 0: x = 0
+  bool any_sign = false;       // continue in directions of negative curvature
 };
 
-// z = M^-1 r, rho = r z; false: it failed
+// z = M^-1 r, rho = r z; false: failed
 using Precondition = std::function<bool(const RealVec& r, RealVec& z, double& rho)>;
 
-// What conjugate gradients work on. Several ranks: A is the part of this one
+// System of conjugate gradients. Several ranks: A is the contribution of this rank
 struct CgSystem {
   const SysMatrix& A;
   OwnBlock* own = nullptr;     // several ranks
   Precondition precondition;
 };
 
-// What a path of CG has cost in this run
+// Cost of a path of CG in this run
 struct PathCost {
   bool known = false;
   double setup = 0.0, iteration = 0.0;   // seconds of counted work, smoothed
-  double rate  = 1.0;          // decimal digits an iteration brings
+  double rate  = 1.0;          // decimal digits per iteration
   long last    = 0;            // number of the solution that tried it last
   long pause   = 0;            // solutions until it is tried again
 };
@@ -153,28 +153,28 @@ struct PathCost {
 struct AnalysedPattern {
   int dim = 0;
   IntVec off, col;
-  // divided model: who has which row of that matrix, and its numbers over all ranks
+  // divided model: owners of the rows, and their numbers over all ranks
   bool divided = false;
   Halo halo;
   RowNumbers numbers;
 };
 
-// What the choice between the ways to a solution counts with                                (8.5)
+// Costs for the choice of the solution method                                               (8.5)
 struct SolverCosts {
   PathCost path[PATHS];
-  // in motion: the incomplete factor found a matrix indefinite: from this solution on it is tried again; how
-  // many were left out; what was factorised meanwhile goes when it serves
+  // in dynamics, after the incomplete factor has found a matrix indefinite: the solution at which it is tried
+  // again; number of solutions skipped; factors made meanwhile are deleted once it works
   long again = 0, left_out = 0;
   bool spare = false;
   double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds of counted work, smoothed
-  double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
-  long rows = 0;               // rows of the matrix at hand, of all ranks
-  long counted = 0;            // SolveAsk::pattern that they are those of
-  double entries = 0.0, entries_all = 0.0;       // its numbers: of the rank with most of them, of all
+  double guess = 0.0;          // estimated seconds of the first factorisation, 0: no estimate
+  long rows = 0;               // rows of the present matrix, of all ranks
+  long counted = 0;            // its SolveTask::pattern
+  double entries = 0.0, entries_all = 0.0;       // numbers in it: maximum over the ranks, sum
   double factor_entries = 0.0; // numbers in the last factors, of all ranks
   long age = 0;                // solutions with the factors as preconditioner
   double fresh_rate = 0.0;     // rate of the first of them, smoothed
-  // spent and gained since the factorisation, which is included
+  // seconds and digits since the factorisation, including it
   double cycle_seconds = 0.0, cycle_digits = 0.0;
 };
 
@@ -183,41 +183,41 @@ struct SolverData {
   SolverCosts cost;
   std::vector<char> soft;      // rank 0 factorises alone: rows whose zero pivots are fixed; else empty
   bool analysed = false, factored = false;
-  bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
-  bool narrow = false;         // factorised by the skyline, although MUMPS is there
+  bool first_only = false;     // several ranks: rank 0 factorises the whole matrix alone
+  bool narrow = false;         // factorised by the skyline, although MUMPS is available
   bool by_chm = false;         // factorised by CHOLMOD
   bool for_mumps = false;      // MUMPS has analysed this pattern
-  bool unfit = false;          // the skyline has failed with this pattern
+  bool unfit = false;          // the skyline has failed for this pattern
   Skyline sky;
   long stamp = -1;             // of the matrix that was factorised
   ReusedFactors reused;
   Changed changed;
   Cholesky cholesky;
-  OwnBlock own;                // several ranks: what cholesky factorises
+  OwnBlock own;                // several ranks: rows and border for cholesky
   RealVec diagonal;            // inverse diagonal blocks
   std::shared_ptr<AmgData> amg;
   long amg_wait = 0, amg_pause = 0;      // solutions until multigrid is tried again after it has failed
   CgWork work;
   std::vector<RealVec> past;   // solutions of the last systems, of the same size
-  std::shared_ptr<FirstAlone> first;     // several ranks: what rank 0 solves alone
+  std::shared_ptr<FirstAlone> first;     // several ranks: systems that rank 0 solves alone
   std::shared_ptr<MumpsData> mumps;
-  std::shared_ptr<ChmData> chm;    // null: CHOLMOD is not to be tried with this pattern
+  std::shared_ptr<ChmData> chm;    // null: CHOLMOD is not tried with this pattern
 };
 
-// solve_same_pattern : is the pattern of A the one of the last analysis, on all ranks?
+// solve_same_pattern : is the pattern of A that of the last analysis, on all ranks?
 bool solve_same_pattern(const Solver& s, const SysMatrix& A);
 
-// equation_here : several ranks: the equation of the whole matrix on those that have it, others: one behind
-// their last one; number [nrow]: rows of here in the whole matrix
+// equation_here : several ranks: index of an equation of the whole matrix on ranks that have it, on others
+// the last equation plus one; number [nrow]: rows of this rank in the whole matrix
 int equation_here(const IntVec& number, int dim, int equation);
 
-// solve_drop : the factors and their analysis are given back. Collective
+// solve_drop : deletes the factors and their analysis. Collective
 void solve_drop(Solver& s);
 
 // sys_rows : rows of all ranks. Collective
 long sys_rows(const SysMatrix& A);
 
-// pivot_fixed : is a zero pivot in block row I no error?
+// pivot_fixed : is a zero pivot in block row I fixed instead of an error?
 inline bool pivot_fixed(const Solver& s, int I)
 {
   const std::vector<char>& soft = s.data->soft;
@@ -228,10 +228,10 @@ Status skyline_analyse(Solver& s, const SysMatrix& A);
 Status skyline_factor(Solver& s, const SysMatrix& A);
 Status skyline_back(Solver& s, RealVec& x);    // x: right-hand side in, solution out
 
-// solve_room : does the machine give mb MB for factors, and the buffer of OpenBLAS beside them?
+// solve_room : can mb MB be allocated for factors, plus the buffer of OpenBLAS?
 bool solve_room(double mb);
 
-// solve_cholmod.cpp; SOLVER_SINGULAR: the matrix is not for CHOLMOD, always so when it is not built in
+// solve_cholmod.cpp; SOLVER_SINGULAR: CHOLMOD cannot factorise the matrix, or is not built in
 Status chm_analyse(Solver& s, const SysMatrix& A);
 Status chm_factor(Solver& s, const SysMatrix& A);
 Status chm_back(Solver& s, double* x, int count);       // count right-hand sides, one after the other
@@ -255,7 +255,7 @@ double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own
 bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors& k);
 Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z);
 
-// precond_amg.cpp; without MPFE_PETSC nothing is there
+// precond_amg.cpp; without MPFE_PETSC all fail
 bool amg_there();
 bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
               long stamp, std::shared_ptr<AmgData>& data);
@@ -263,10 +263,10 @@ bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho);
 bool amg_count(AmgData& d, const CgDone& done);
 double amg_memory(const AmgData& d);
 
-// solve_first.cpp: several ranks, and rank 0 solves a system alone as one rank would, which knows CHOLMOD and
-// how to correct factors in the rows that break: small systems, statics of broken material. Collective
-bool first_pays(const Solver& s, const SysMatrix& A, const SolveAsk& ask);
-Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x);
+// solve_first.cpp: on several ranks, rank 0 solves small systems and statics of broken material alone, with
+// CHOLMOD and corrected factors, which work on one rank only. Collective
+bool first_pays(const Solver& s, const SysMatrix& A, const SolveTask& task);
+Status first_solve(Solver& s, const SysMatrix& A, const SolveTask& task, const RealVec& b, RealVec& x);
 void first_memory(const FirstAlone& f, std::vector<MemoryUse>& out);
 void first_close(FirstAlone& f);
 
@@ -276,8 +276,8 @@ bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, i
                   Changed& c);
 Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r, RealVec& z);
 
-// Seconds since it was made, for the listing: those of the processor when the wall clock ran faster (other
-// programs ran too); on several ranks those of the wall, since waiting for the others counts
+// Seconds since its construction, for the listing: CPU time if less than wall time (other programs ran too);
+// on several ranks wall time, since waiting for other ranks counts
 struct Clock {
   double wall = timer_wall(), cpu = timer_cpu();
   double seconds() const
@@ -287,25 +287,25 @@ struct Clock {
   }
 };
 
-// cg_begin : x = the best combination of earlier solutions, in the norm of the energy. Returns its energy b
-// x, 0: x is not used
+// cg_begin : x = the best combination of earlier solutions in the energy norm.
+// Returns its energy b x, 0: x is not used
 double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
 
 CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
 
-// own_dot : a b in the rows of this rank alone
+// own_dot : a b in owned rows
 inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
 {
   const double *x = a.data(), *y = b.data(), *once = own.once.data();
   return sum_terms(a.size(), [=](size_t k) { return once[k] * x[k] * y[k]; });
 }
 
-// own_form : what the pattern of A says of its borders; number: of the pattern (SolveAsk). Collective, as the
-// routines below.
+// own_form : border and order of elimination from the pattern of A; number: of the pattern (SolveTask).
+// Collective, as the routines below.
 void own_form(const SysMatrix& A, long number, OwnBlock& own);
-// own_border : own.diag; val [own.border.col.size()*dim*dim] is what this rank has of A there
+// own_border : own.diag, and val [own.border.col.size()*dim*dim], the contribution of this rank to A there
 void own_border(const SysMatrix& A, OwnBlock& own, std::vector<float>& val);
-// own_sum : val of the border, summed over the ranks
+// own_sum : sums val of the border over the ranks
 void own_sum(const OwnBlock& own, int D, std::vector<float>& val);
 
 // solve_fail : keeps the message and returns the status

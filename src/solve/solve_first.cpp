@@ -5,24 +5,24 @@
 #include "base/comm.h"
 #include "solve/solve_data.h"
 
-// What rank 0 solves for all ranks, as one rank would
+// Systems that rank 0 solves alone for all ranks
 struct FirstAlone {
   Solver solver;               // rank 0; its routines run within CommAlone
-  long pattern = 0;            // SolveAsk::pattern of what follows, 0: of none
-  long stamp   = -1;           // SolveAsk::stamp of the values
+  long pattern = 0;            // SolveTask::pattern of the data below, 0: none
+  long stamp   = -1;           // SolveTask::stamp of the values
   IntVec number;               // [nrow] row of the whole matrix
-  IntVec own;                  // rows that belong to this rank
+  IntVec own;                  // rows owned by this rank
   // rank 0
   SysMatrix whole;
   std::vector<long> key;       // [rows of all]
-  int nfe = 0;                 // of these, rows of elements
-  std::vector<IntVec> row;     // [ranks] row of each that belongs to it
-  std::vector<IntVec> place;   // [ranks] 2 k: where each of its blocks goes; 2 k + 1: transposed
+  int nfe = 0;                 // number of these that are rows of elements
+  std::vector<IntVec> row;     // [ranks] rows of the whole matrix that a rank owns
+  std::vector<IntVec> block;   // [ranks] 2 k: block k of whole for each of its blocks; 2 k + 1: transposed
 };
 
 namespace {
 
-// equations of matrices that rank 0 solves alone: it has them whole, and the factors
+// equations of systems that rank 0 solves alone: it must store the whole matrix and its factors
 const long MAX_FIRST = 300000;
 
 // ---- rows and pattern of all ranks -------------------------------------------------
@@ -35,7 +35,7 @@ std::vector<std::vector<T>> to_first(const std::vector<T>& x)
   return comm_exchange(to);
 }
 
-// rows of elements by node, then those of the grid, as one rank has them; which of them each rank has [ranks]
+// numbers rows of elements by node, then rows of the grid, as on one rank; returns the rows of each rank
 std::vector<IntVec> number_rows(const std::vector<std::vector<long>>& key, FirstAlone& f)
 {
   long nodes = 0;
@@ -68,12 +68,12 @@ std::vector<IntVec> number_rows(const std::vector<std::vector<long>>& key, First
   return number;
 }
 
-// pattern of the whole matrix, and where the blocks of each rank go
+// pattern of the whole matrix, and the positions of the blocks of each rank in it
 void join_patterns(int dim, const std::vector<IntVec>& number, const std::vector<IntVec>& off,
                    const std::vector<IntVec>& col, FirstAlone& f)
 {
   const int n = static_cast<int>(f.key.size()), ranks = static_cast<int>(number.size());
-  // blocks of all ranks, one rank after the other: column, and twice its number, 1 more when transposed
+  // blocks of all ranks, rank by rank: column, and twice its number, plus 1 if transposed
   using Block = std::pair<int, unsigned>;
   IntVec next(n + 1, 0);
   const auto each = [&](auto use) {
@@ -89,7 +89,7 @@ void join_patterns(int dim, const std::vector<IntVec>& number, const std::vector
   each([&](unsigned at, int I, int J) {
     block[next[std::max(I, J)]++] = {std::min(I, J), 2 * at + (J > I ? 1 : 0)};
   });
-  IntVec place(block.size());
+  IntVec target(block.size());
   SysMatrix& A = f.whole;
   A = SysMatrix();
   A.dim  = dim;
@@ -99,25 +99,25 @@ void join_patterns(int dim, const std::vector<IntVec>& number, const std::vector
     for (int k = first[I]; k < first[I + 1]; ++k) {
       const auto& [J, at] = block[k];
       if (k == first[I] || J != block[k - 1].first) A.col.push_back(J);
-      place[at / 2] = 2 * (static_cast<int>(A.col.size()) - 1) + static_cast<int>(at % 2);
+      target[at / 2] = 2 * (static_cast<int>(A.col.size()) - 1) + static_cast<int>(at % 2);
     }
     A.off.push_back(static_cast<int>(A.col.size()));
   }
-  f.place.clear();
-  auto from = place.begin();
+  f.block.clear();
+  auto from = target.begin();
   for (int r = 0; r < ranks; ++r) {
-    f.place.emplace_back(from, from + static_cast<long>(col[r].size()));
+    f.block.emplace_back(from, from + static_cast<long>(col[r].size()));
     from += static_cast<long>(col[r].size());
   }
 }
 
-void join(const SysMatrix& A, const SolveAsk& ask, FirstAlone& f)
+void join(const SysMatrix& A, const SolveTask& task, FirstAlone& f)
 {
   const int ranks = comm_size(), me = comm_rank();
   f.own.clear();
   for (int I = 0; I < A.nrow; ++I)
     if (A.halo.owner[I] == me) f.own.push_back(I);
-  const auto key = to_first(ask.key);
+  const auto key = to_first(task.key);
   const auto own = to_first(f.own), off = to_first(A.off), col = to_first(A.col);
   std::vector<IntVec> number(ranks);
   if (me == 0) {
@@ -128,12 +128,12 @@ void join(const SysMatrix& A, const SolveAsk& ask, FirstAlone& f)
     join_patterns(A.dim, number, off, col, f);
   }
   f.number  = comm_exchange(number)[0];
-  f.pattern = ask.pattern;
+  f.pattern = task.pattern;
 }
 
 // ---- numbers -----------------------------------------------------------------------
 
-// the sum of the parts of all ranks
+// sums the contributions of all ranks
 void join_values(const RealVec& val, FirstAlone& f)
 {
   const std::vector<RealVec> part = to_first(val);
@@ -141,11 +141,11 @@ void join_values(const RealVec& val, FirstAlone& f)
   const int D = f.whole.dim, DD = D * D;
   f.whole.val.assign(f.whole.col.size() * DD, 0.0);
   for (size_t r = 0; r < part.size(); ++r)
-    for (size_t k = 0; k < f.place[r].size(); ++k) {
+    for (size_t k = 0; k < f.block[r].size(); ++k) {
       const double* a = &part[r][k * DD];
-      double* x       = &f.whole.val[static_cast<size_t>(f.place[r][k] / 2) * DD];
+      double* x       = &f.whole.val[static_cast<size_t>(f.block[r][k] / 2) * DD];
       for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) x[i * D + j] += f.place[r][k] % 2 ? a[j * D + i] : a[i * D + j];
+        for (int j = 0; j < D; ++j) x[i * D + j] += f.block[r][k] % 2 ? a[j * D + i] : a[i * D + j];
     }
 }
 
@@ -174,7 +174,7 @@ void share_vector(const SysMatrix& A, const RealVec& all, const FirstAlone& f, R
   halo_copy(A.halo, D, x);
 }
 
-// ---- what the solver of rank 0 tells of its work -------------------------------------
+// ---- counts and results of the solver of rank 0 --------------------------------------
 
 // calls use(number) for all counts
 template <class Counts, class Use>
@@ -204,7 +204,7 @@ RealVec counts(const SolveCounts& c)
   return out;
 }
 
-Status tell(Status status, RealVec did, const FirstAlone& f, int dim, Solver& s)
+Status share_results(Status status, RealVec did, const FirstAlone& f, int dim, Solver& s)
 {
   const Solver& one = f.solver;
   did.insert(did.end(), {1.0 * status, 1.0 * one.zero_equation, 1.0 * one.negative, one.left, one.flops,
@@ -227,16 +227,16 @@ Status tell(Status status, RealVec did, const FirstAlone& f, int dim, Solver& s)
 
 }  // namespace
 
-bool first_pays(const Solver& s, const SysMatrix& A, const SolveAsk& ask)
+bool first_pays(const Solver& s, const SysMatrix& A, const SolveTask& task)
 {
   const long equations = s.data->cost.rows * A.dim;
-  // by CHOLMOD whole runs on two ranks take 0.72 to 1.04 of those with MUMPS (doc/benchmarks.md)
-  const bool few = ask.broken || (A.dim == 2 && !ask.inertia && comm_size() == 2);
+  // on two ranks whole runs with CHOLMOD take 0.72 to 1.04 of the time with MUMPS (doc/benchmarks.md)
+  const bool suits = task.broken || (A.dim == 2 && !task.inertia && comm_size() == 2);
   return sys_shared(A) && s.def.kind == SOLVER_AUTO && s.kind == SOLVER_MUMPS && s.def.reuse &&
-         equations > 0 && (equations < SMALL_SYSTEM || (few && equations <= MAX_FIRST));
+         equations > 0 && (equations < SMALL_SYSTEM || (suits && equations <= MAX_FIRST));
 }
 
-Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
+Status first_solve(Solver& s, const SysMatrix& A, const SolveTask& task, const RealVec& b, RealVec& x)
 {
   std::shared_ptr<FirstAlone>& first = s.data->first;
   if (!first) {
@@ -245,23 +245,23 @@ Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Rea
     if (alone.rank == 0) solve_open(first->solver, s.def);
   }
   FirstAlone& f    = *first;
-  const bool fresh = ask.pattern == 0 || f.pattern != ask.pattern;
-  if (fresh) join(A, ask, f);
-  if (fresh || f.stamp != ask.stamp) join_values(A.val, f);
-  f.stamp = ask.stamp;
+  const bool fresh = task.pattern == 0 || f.pattern != task.pattern;
+  if (fresh) join(A, task, f);
+  if (fresh || f.stamp != task.stamp) join_values(A.val, f);
+  f.stamp = task.stamp;
   RealVec all = join_vector(A.dim, b, f), y;
   Status status = STATUS_OK;
   RealVec did   = counts(f.solver);
   if (comm_rank() == 0) {
     CommAlone alone;
-    SolveAsk whole{f.key, ask.stamp, ask.pattern, ask.eta, ask.energy, ask.residual, ask.digits, ask.exact,
-                   ask.broken, ask.inertia, ask.known_regular, ask.plain};
+    SolveTask whole{f.key, task.stamp, task.pattern, task.eta, task.energy, task.residual, task.digits,
+                    task.exact, task.broken, task.inertia, task.known_regular, task.plain};
     f.solver.null_pivot_row = s.null_pivot_row >= 0 ? f.nfe : -1;
     status = solve_system(f.solver, f.whole, whole, all, y);
     const RealVec now = counts(f.solver);
     for (size_t k = 0; k < did.size(); ++k) did[k] = now[k] - did[k];
   }
-  status = tell(status, did, f, A.dim, s);
+  status = share_results(status, did, f, A.dim, s);
   if (status == STATUS_OK) share_vector(A, y, f, x);
   return status;
 }

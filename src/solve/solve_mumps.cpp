@@ -14,10 +14,10 @@
 struct MumpsData {
   DMUMPS_STRUC_C id;
   bool shared = false;               // all ranks work together
-  bool parts  = false;               // divided model: rows and vectors are those of this rank
+  bool parts  = false;               // divided model: rows and vectors of this rank only
   IntVec number;                     // [nrow] number of each block row inside MUMPS
   std::vector<MUMPS_INT> irn, jcn;   // [col.size()*dim*dim] equation numbers from 1, in the order of A.val
-  // [neq] place of each equation (its number inside MUMPS) in the elimination
+  // [neq] position of each equation (by its number inside MUMPS) in the elimination
   std::vector<MUMPS_INT> perm;
   RealVec x;                         // [neq] right-hand side and solution, numbered as inside MUMPS
   // several ranks: [neq] 1/sqrt of the diagonal; [A.val] what MUMPS gets, scaled by it
@@ -41,19 +41,19 @@ const int RELAX         = 20;        // percent of workspace above the estimate,
 const int RELAX_MOST    = 640;
 const double ZERO_PIVOT = 1e-12;     // relative to the norm of A scaled to unit diagonal
 
-// the numbering of the manual of MUMPS
+// numbering as in the manual of MUMPS
 MUMPS_INT& icntl(MumpsData& m, int i) { return m.id.icntl[i - 1]; }
 double& cntl(MumpsData& m, int i) { return m.id.cntl[i - 1]; }
 int infog(const MumpsData& m, int i) { return m.id.infog[i - 1]; }
 
-// Is there room for the factors on all ranks? part: of what the analysis has found
+// Is there memory for the factors on all ranks? part: fraction of the estimate of the analysis
 bool memory_there(const MumpsData& m, double part)
 {
   const bool room = solve_room(part * m.id.info[14]);
   return !(m.shared ? comm_allreduce_max(!room) : !room);
 }
 
-// equation of a zero pivot: of the first one that may not be fixed, else of the first one
+// equation of a zero pivot: of the first one that must not be fixed, else of the first one
 int zero_pivot(const Solver& s, const MumpsData& m, int dim)
 {
   int first = -1;
@@ -67,8 +67,8 @@ int zero_pivot(const Solver& s, const MumpsData& m, int dim)
   return first;
 }
 
-// the same of a divided model: the equation here, on ranks without it one behind their last one; all ranks
-// hear whether it is fixed, and its number over all ranks
+// the same for a divided model: the equation on this rank, on ranks without it the last equation plus one;
+// all ranks receive whether it is fixed, and its number over all ranks
 int zero_pivot_of_all(const Solver& s, const MumpsData& m, int dim, bool& fixed, int& number)
 {
   const int count = infog(m, 28), nrow = static_cast<int>(m.number.size());
@@ -77,7 +77,7 @@ int zero_pivot_of_all(const Solver& s, const MumpsData& m, int dim, bool& fixed,
   comm_bcast(list.data(), count);
   std::unordered_map<int, int> row;
   for (int I = 0; I < nrow; ++I) row[m.number[I]] = I;
-  int wrong = count;                                         // the first one that may not be fixed
+  int wrong = count;                                         // the first one that must not be fixed
   for (int k = count - 1; k >= 0; --k) {
     const auto found = row.find((static_cast<int>(list[k]) - 1) / dim);
     if (found != row.end() && !pivot_fixed(s, found->second)) wrong = k;
@@ -136,7 +136,7 @@ Status explain(Solver& s)
 bool workspace_too_small(int code) { return code == -8 || code == -9; }
 
 // Equation numbers of all numbers of A.val, so that MUMPS reads A.val itself. The upper half of
-// diagonal blocks gets the number 0: MUMPS leaves entries out of range away (and warns, INFOG(1) = 1).
+// diagonal blocks gets the number 0: MUMPS ignores entries out of range (and warns, INFOG(1) = 1).
 void number_entries(MumpsData& m, const SysMatrix& A)
 {
   const int D = A.dim;
@@ -153,7 +153,7 @@ void number_entries(MumpsData& m, const SysMatrix& A)
         }
 }
 
-// several ranks: each gives its entries, and MUMPS sums them
+// several ranks: each passes its entries, and MUMPS sums them
 void give_entries(MumpsData& m)
 {
   const MUMPS_INT8 n = static_cast<MUMPS_INT8>(m.irn.size());
@@ -169,7 +169,8 @@ void give_entries(MumpsData& m)
   m.id.jcn_loc  = m.jcn.data();
 }
 
-// scaled to unit diagonal: what one rank leaves to MUMPS, which cannot do so with entries of several
+// values scaled to unit diagonal; on one rank MUMPS does so itself, which it cannot
+// for entries of several ranks
 void scale_values(MumpsData& m, const SysMatrix& A)
 {
   const int D = A.dim;
@@ -204,7 +205,7 @@ void give_values(MumpsData& m, const SysMatrix& A)
 //                        means the same in soft and in stiff parts; several ranks: scale_values
 //   ICNTL(10) = 0        no refinement: Newton corrects
 //   ICNTL(13) = 1        no ScaLAPACK at the root: it would hide the number of negative pivots
-//   ICNTL(24), CNTL(3)   zero pivots are looked for, and are an error here. Free bodies of 40 x 30 to
+//   ICNTL(24), CNTL(3)   zero pivots are detected, and are an error here. Free bodies of 40 x 30 to
 //                        400 x 160 quadrilaterals have pivots of 3e-14 to 7e-13 by rounding, measured.
 // The pivot threshold CNTL(1) stays at 0.01: smaller ones are no faster.
 // ---------------------------------------------------------------------------
@@ -233,17 +234,17 @@ void open_instance(Solver& s)
 
 // ---- divided model ---------------------------------------------------------
 
-// rank 0 has numbered the rows of all ranks: each gets those of its rows
+// rank 0 has numbered the rows of all ranks: each receives the numbers of its rows
 void scatter_numbers(MumpsData& m, const SysMatrix& A, const RowNumbers& rows)
 {
   std::vector<IntVec> to(comm_size());
   if (comm_rank() == 0)
     for (int r = 0; r < comm_size(); ++r)
       to[r].assign(m.number.begin() + rows.first[r], m.number.begin() + rows.first[r + 1]);
-  const IntVec mine = comm_exchange(to)[0];
+  const IntVec own = comm_exchange(to)[0];
   m.number.assign(A.nrow, -1);
   for (int I = 0, k = 0; I < A.nrow; ++I)
-    if (A.halo.owner[I] == comm_rank()) m.number[I] = mine[k++];
+    if (A.halo.owner[I] == comm_rank()) m.number[I] = own[k++];
   halo_copy(A.halo, 1, m.number);
   m.right_row.clear();
   m.known.clear();
@@ -254,7 +255,8 @@ void scatter_numbers(MumpsData& m, const SysMatrix& A, const RowNumbers& rows)
   m.right.resize(m.right_row.size());
 }
 
-// Who needs what MUMPS leaves here: each equation has a rank that is told who needs it and who has it
+// The ranks that need the equations of the solution here:
+// for each equation one rank collects who needs it and who has it
 void find_takers(MumpsData& m, int dim)
 {
   const int ranks = comm_size(), piece = m.id.n / ranks + 1, nrow = static_cast<int>(m.number.size());
@@ -276,13 +278,13 @@ void find_takers(MumpsData& m, int dim)
   IntVec holder(piece, -1);
   for (int r = 0; r < ranks; ++r)
     for (int e : have[r]) holder[e % piece] = r;
-  std::vector<IntVec> tell(ranks);                           // equation, rank that needs it
+  std::vector<IntVec> send(ranks);                           // equation, rank that needs it
   for (int r = 0; r < ranks; ++r)
     for (int e : need[r])
-      if (holder[e % piece] >= 0) tell[holder[e % piece]].insert(tell[holder[e % piece]].end(), {e, r});
+      if (holder[e % piece] >= 0) send[holder[e % piece]].insert(send[holder[e % piece]].end(), {e, r});
   m.give.assign(ranks, IntVec());
   std::vector<IntVec> name(ranks);
-  for (const IntVec& list : comm_exchange(tell))
+  for (const IntVec& list : comm_exchange(send))
     for (size_t k = 0; k < list.size(); k += 2) {
       m.give[list[k + 1]].push_back(position[list[k]]);
       name[list[k + 1]].push_back(list[k]);
@@ -292,7 +294,7 @@ void find_takers(MumpsData& m, int dim)
     for (int& e : list) e = here[e];
 }
 
-// right-hand side and solution distributed, nothing of the size of the whole system
+// right-hand side and solution are distributed; no vector has the size of the whole system
 Status back_divided(Solver& s, MumpsData& m, double* x)
 {
   const int D = s.data->pattern.dim, ranks = comm_size(), nrow = static_cast<int>(m.number.size());
@@ -315,7 +317,7 @@ Status back_divided(Solver& s, MumpsData& m, double* x)
   m.id.isol_loc  = m.left_row.data();
   if (call(m, JOB_BACK) < 0) return explain(s);
   m.left_row.resize(m.id.info[22]);
-  // pivots that were put off have gone to other ranks
+  // delayed pivots have moved to other ranks
   if (comm_allreduce_max(static_cast<int>(m.give.empty() || m.known != m.left_row))) {
     find_takers(m, D);
     m.known = m.left_row;
@@ -334,10 +336,10 @@ Status back_divided(Solver& s, MumpsData& m, double* x)
 // ---------------------------------------------------------------------------
 // mumps_analyse : numbering, order of elimination, symbolic factorisation
 //
-// Inside MUMPS block rows are numbered by reverse Cuthill-McKee: near in space is near in memory, and
-// minimum fill breaks its ties well. Then minimum fill of MUMPS for dim <= 2 (as good a factor as nested
-// dissection in a fifth of the time), nested dissection of METIS in 3D (half the work and less) and with
-// more than two ranks (a wide tree; two were no faster with it). These have their entries each; rank 0 orders
+// Inside MUMPS block rows are numbered by reverse Cuthill-McKee: neighbours in space are close in memory, and
+// minimum fill breaks its ties well. Then minimum fill of MUMPS for dim <= 2 (factors as small as with nested
+// dissection in a fifth of the time), nested dissection of METIS in 3D (half the work or less) and with more
+// than two ranks (a wide tree; two ranks were no faster with it). Each rank passes its entries; rank 0 orders
 // the whole pattern.
 // ---------------------------------------------------------------------------
 Status mumps_analyse(Solver& s, const SysMatrix& A)
@@ -377,7 +379,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
 }
 
 // ---------------------------------------------------------------------------
-// mumps_factor : L D L^T of today's values
+// mumps_factor : L D L^T of the present values
 //
 //   status  SOLVER_SINGULAR: zero pivot, unless the solver may fix it; SOLVER_FAILED: see the message
 // ---------------------------------------------------------------------------

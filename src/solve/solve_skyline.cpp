@@ -8,8 +8,8 @@
 namespace {
 
 const double ZERO_PIVOT = 3e-12;    // relative to the diagonal of A in the same equation
-// the same where a zero pivot is no error. Pivots of free motions in G3 (contact/g3_walls): up to 7e-12, and
-// none of others below 1e-6; one that is missed is a wild motion, one too many costs an iteration
+// the same where a zero pivot is no error. In G3 (contact/g3_walls) pivots of free motions are up to 7e-12,
+// all others above 1e-6; a missed one causes a spurious motion, a false one costs an iteration
 const double NO_ERROR = 1e-10;
 const double FIXED = 1e200;         // pivot of an unknown that is fixed
 
@@ -48,12 +48,12 @@ void fill_profile(Skyline& K, const SysMatrix& A)
       const double* a = &A.val[static_cast<size_t>(k) * D * D];
       const int row   = std::min(K.pos[I], K.pos[A.col[k]]);
       const int col   = std::max(K.pos[I], K.pos[A.col[k]]);
-      const bool turn = row == K.pos[I];            // a belongs to (row, col) as it stands
+      const bool turn = row == K.pos[I];            // a belongs to (row, col), not transposed
       const long h    = column_height(K, col, D);
       double* c       = column(K, col) + static_cast<long>(row - K.first[col]) * D;
       for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) {
-          if (row == col && j > i) continue;        // diagonal block: only its lower half is meant
+          if (row == col && j > i) continue;        // diagonal block: only its lower half is stored
           if (row != col && turn)
             c[j * h + i] = a[i * D + j];
           else
@@ -88,8 +88,8 @@ void eliminate_column(Skyline& K, int J)
 }
 
 // diagonal block of J: pivots, and the columns divided by the pivots. diagonal [D]: of A, in the rows of J.
-// A pivot up to zero of the diagonal is none: its unknown is fixed. Their number, and the local column of the
-// first one
+// A pivot up to zero times the diagonal counts as zero: its unknown is fixed. Returns their number, and the
+// local column of the first one
 template <int D>
 int divide_column(Skyline& K, int J, const double* diagonal, double zero, int& first)
 {
@@ -134,7 +134,7 @@ Status factor(Solver& s, const SysMatrix& A)
     for (int c = 0; c < D; ++c) diagonal[c] = column(K, J)[(c + 1) * column_height(K, J, D) - D + c];
     eliminate_column<D>(K, J);
     int first = 0;
-    const bool may = pivot_fixed(s, row[J]) && !s.data->narrow;      // else MUMPS has it
+    const bool may = pivot_fixed(s, row[J]) && !s.data->narrow;      // narrow: MUMPS follows
     const int more = divide_column<D>(K, J, diagonal, may ? NO_ERROR : ZERO_PIVOT, first);
     if (more == 0) continue;
     fixed = may;
@@ -234,12 +234,12 @@ Status skyline_analyse(Solver& s, const SysMatrix& A)
 // skyline_factor : A = U^T D U, columns from left to right, no pivoting
 //
 //   status  SOLVER_SINGULAR: |pivot| <= 3e-12 of the diagonal of A in that equation, so that soft parts
-//           beside stiff ones are no false alarm. Free bodies of 40 x 30 to 400 x 160 quadrilaterals
-//           have pivots of 3e-14 to 7e-13 by rounding, measured. Where a zero pivot is no error
+//           next to stiff ones give no false alarm. Free bodies of 40 x 30 to 400 x 160 quadrilaterals
+//           have pivots of 3e-14 to 7e-13 from round-off, measured. Where a zero pivot is no error
 //           (pivot_fixed) its unknown is fixed, as by MUMPS.
 //
-// An indefinite matrix is fine as long as no pivot vanishes. Columns of one block row
-// are of one height, so that D x D inner products share their loads.
+// An indefinite matrix is allowed as long as no pivot vanishes. Columns of one block row
+// have the same height, so that D x D inner products share their loads.
 // ---------------------------------------------------------------------------
 Status skyline_factor(Solver& s, const SysMatrix& A)
 {

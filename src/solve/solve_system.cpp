@@ -7,19 +7,19 @@
 
 namespace {
 
-// Limits of the choice between the ways to a solution. They decide which way a system takes, and so, within
-// the error that is asked for, the last digits of the answer.
+// Limits of the choice of the solution method. They decide which method solves a system, and so, within the
+// required accuracy, the last digits of the results.
 // Tests: SPEED (speed/guard: seconds, speed/reuse: answers)
-const long PAUSE    = 50;      // solutions until a slower way is tried again; doubled when it fails
+const long PAUSE    = 50;      // solutions until a slower method is tried again; doubled if it fails
 const int MAX_ITERATIONS = 5000;
 const double CUBE   = 3.6;     // iterations with the incomplete factor, cube of elements: times cbrt(nodes)
-// the same, for 8 digits: more, and multigrid is faster, which takes as long as 70 of them with its part of
-// the set-up (an iteration 3.7, the set-up 100 to 150 for all systems that keep it)
+// iterations with the incomplete factor for 8 digits, above which multigrid is faster; cost of a multigrid
+// solution in such iterations (3.7 per iteration, set-up 100 to 150 for all systems that share it)
 const double AMG_FROM = 130.0, AMG_WORK = 70.0;
-const int AMG_ITERATIONS = 200;        // with multigrid, which takes 10 to 30 where it is in its place
-const long AMG_WAIT = 8;       // solutions until multigrid that has failed is tried again; doubled each time
-const int CHANGED_ITERATIONS = 30;     // with corrected factors: more cost what a factorisation does
-const size_t PAST   = 6;       // solutions to begin the next one with
+const int AMG_ITERATIONS = 200;        // maximum with multigrid, which takes 10 to 30 where it is suitable
+const long AMG_WAIT = 8;       // solutions until multigrid is tried again after a failure; doubled each time
+const int CHANGED_ITERATIONS = 30;     // maximum with corrected factors: then a factorisation is cheaper
+const size_t PAST   = 6;       // solutions stored for the initial guess of the next one
 const double SMOOTH = 0.5;     // weight of the newest measurement
 const double NEVER  = std::numeric_limits<double>::infinity();
 
@@ -28,18 +28,18 @@ void smooth(double& mean, double value)
   mean = mean > 0.0 ? (1.0 - SMOOTH) * mean + SMOOTH * value : value;
 }
 
-// seconds that a path of CG will take for so many digits                          (8.5)
+// expected seconds of a path of CG for a number of digits                         (8.5)
 double expected(const PathCost& c, double digits)
 {
   return c.setup + c.iteration * std::max(1.0, digits / c.rate);
 }
 
-// Rates of the machine that the choice counts with instead of a clock: two runs choose alike, and all ranks
-// of one (8.5). Assumed, not measured at run time: one core of the machine of doc/benchmarks.md, cube and
-// cantilever. Only their ratios matter: a wrong one takes a slower way.  Test: SPEED (speed/guard)
+// Machine rates used for the choice instead of a clock, so that two runs, and all ranks of a run, choose
+// alike (8.5). Assumed, not measured at run time: one core of the machine of doc/benchmarks.md, cube and
+// cantilever. Only their ratios matter: a wrong ratio selects a slower method.  Test: SPEED (speed/guard)
 struct MachineRates {
   double factor = 2e10;        // operations of a factorisation                           1/second
-  double cg = 3e9;             // bytes of matrix that conjugate gradients read           1/second
+  double cg = 3e9;             // bytes of matrix read by conjugate gradients             1/second
   double factor_entry       = 1.5e-8;  // a number in the factors, one rank               seconds
   double factor_entry_ranks = 3e-8;    // the same, several ranks                         seconds
   double analysis_entry     = 2e-7;    // a number of the matrix in the analysis          seconds
@@ -50,13 +50,13 @@ struct MachineRates {
 const MachineRates rate_of;
 
 // Work in units of one iteration with the incomplete factor
-const double CHOLESKY_FORM = 4.0, AMG_FORM = 120.0;  // to make it, and multigrid
-const double AMG_ITERATION = 3.7, PRODUCT = 0.4;     // an iteration with multigrid; a product alone
-// to make it, by dimension, where an earlier one might be kept
+const double CHOLESKY_FORM = 4.0, AMG_FORM = 120.0;  // set-up of the factor, and of multigrid
+const double AMG_ITERATION = 3.7, PRODUCT = 0.4;     // an iteration with multigrid; a product A p
+// set-up of the factor, by dimension, in the decision whether to keep an earlier one
 const double KEPT_FORM[4] = {0.0, 1.0, 1.0, 2.5};
 // in units of one back substitution: one of many at once, one in single precision
 const double BATCHED_COLUMN = 0.5, SINGLE_PRECISION = 0.5;
-const int GUESS = 200;         // iterations with the incomplete factor when nothing is known
+const int GUESS = 200;         // iterations with the incomplete factor, before any are counted
 
 double cholesky_guess(const SolverData& d, double iterations = GUESS)
 {
@@ -85,7 +85,7 @@ double changed_numbers(const SolverData& d)
   return static_cast<double>(d.changed.set.size()) * static_cast<double>(d.cost.rows) * D * D;
 }
 
-// ---- the ways by conjugate gradients                                                   (8.5)
+// ---- methods by conjugate gradients                                                    (8.5)
 
 double messages() { return several() ? rate_of.message : 0.0; }
 
@@ -106,7 +106,7 @@ double changed_iteration(const SolverData& d)
 double cholesky_setup(const SolverData& d) { return CHOLESKY_FORM * cholesky_iteration(d); }
 double amg_setup(const SolverData& d) { return AMG_FORM * cholesky_iteration(d); }
 
-// columns of the inverse that came in together, and what is dense: of the changed rows
+// of the changed rows: new columns of the inverse, solved together, and the dense factorisation
 double changed_setup(const SolverData& d)
 {
   const double m = static_cast<double>(d.changed.set.size()) * d.pattern.dim;
@@ -114,8 +114,8 @@ double changed_setup(const SolverData& d)
          (BATCHED_COLUMN * d.changed.columns * counted_back(d) + 3.0 * m * m * m / rate_of.factor);
 }
 
-// the preconditioner of the matrix; false: it has none.  z = M^-1 r and rho = r z
-using FormWay  = bool(Solver& s, const SysMatrix& A, const SolveAsk& ask, CgSystem& c);
+// forms the preconditioner of the matrix; false: failed.  z = M^-1 r and rho = r z
+using FormWay  = bool(Solver& s, const SysMatrix& A, const SolveTask& task, CgSystem& c);
 using ApplyWay = bool(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z,
                       double& rho);
 FormWay cholesky_form_way, diagonal_form_way, reused_form_way, changed_form_way, amg_form_way;
@@ -127,12 +127,12 @@ struct CgWay {
   double (*iteration)(const SolverData& d);          // seconds of counted work
   double (*setup)(const SolverData& d);
   int iterations;                                    // at most
-  // part of the error that is asked for: A^-1 and M^-1 are far apart in smooth modes, where M^-1 sees too
-  // little of an error; not so with factors
+  // factor on the tolerance: M^-1 underestimates the error in smooth modes, where it differs much
+  // from A^-1; factors do not
   double safety;
 };
 
-// one row for each SolvePath; the first two are no conjugate gradients
+// one row for each SolvePath; the first two do not use conjugate gradients
 const CgWay way[] = {
     {},
     {},
@@ -147,36 +147,36 @@ static_assert(sizeof way / sizeof *way == PATHS, "a path without a row in the ta
 // iterations within so many seconds, at least one
 int counted_limit(const SolverData& d, SolvePath path, double seconds)
 {
-  const double most = (seconds - way[path].setup(d)) / way[path].iteration(d);
-  return 1 + static_cast<int>(std::min(1.0 * MAX_ITERATIONS, std::max(0.0, most)));
+  const double iterations = (seconds - way[path].setup(d)) / way[path].iteration(d);
+  return 1 + static_cast<int>(std::min(1.0 * MAX_ITERATIONS, std::max(0.0, iterations)));
 }
 
-// In motion the first systems are solved without a factorisation, which is expensive in space, and whose
+// In dynamics the first systems are solved without a factorisation, which in 3D is expensive and whose
 // factors would take most of the memory; more iterations mean that dt is so large that inertia no longer
-// conditions the matrix. In the plane on one rank factors are cheap, and soon pay
+// conditions the matrix. In 2D on one rank factors are cheap and soon pay off
 const int FAST = 60, FAST_PLANE = 15;
 
 int fast_limit(int dim) { return dim == 2 && !several() ? FAST_PLANE : FAST; }
 
-bool moves_fast(const SolverData& d, const SolveAsk& ask, int dim)
+bool moves_fast(const SolverData& d, const SolveTask& task, int dim)
 {
   const PathCost& c = d.cost.path[PATH_CHOLESKY];
-  return ask.inertia && !d.factored && (!c.known || c.rate * fast_limit(dim) >= ask.digits);
+  return task.inertia && !d.factored && (!c.known || c.rate * fast_limit(dim) >= task.digits);
 }
 
-// in motion conjugate gradients are as exact as a factorisation when they go on for long enough, and need no
-// room for factors
+// in dynamics conjugate gradients reach the accuracy of a factorisation with enough iterations, and need no
+// memory for factors
 const double EXACT = 1e-12;
 
-SolveAsk exact_in_motion(const Solver& s, const SolveAsk& ask, int dim)
+SolveTask exact_in_motion(const Solver& s, const SolveTask& task, int dim)
 {
-  if (!ask.exact || ask.broken || s.def.kind != SOLVER_AUTO || !s.def.reuse) return ask;
-  SolveAsk by = ask;
+  if (!task.exact || task.broken || s.def.kind != SOLVER_AUTO || !s.def.reuse) return task;
+  SolveTask by = task;
   by.exact    = false;
   by.eta      = EXACT;
   by.energy = by.residual = 0.0;
   by.digits = -std::log10(EXACT);
-  return moves_fast(*s.data, by, dim) ? by : ask;
+  return moves_fast(*s.data, by, dim) ? by : task;
 }
 
 // seconds of a solution by factorisation
@@ -186,12 +186,11 @@ double direct_seconds(const SolverData& d, bool pattern_known)
          (pattern_known ? 0.0 : d.cost.direct_analyse);
 }
 
-// factors of an indefinite matrix are no preconditioner
+// factors of an indefinite matrix cannot serve as preconditioner
 bool have_factors(const Solver& s) { return s.data->factored && s.negative == 0; }
 
-// a new factorisation is faster, or a digit costs more than it has cost on average since the last one, which
-// is included:
-// the average grows from here on
+// a new factorisation is faster, or a digit costs more than the average since the last one (including it), so
+// that the average would grow from here on
 bool stale(const SolverData& d, double digits)
 {
   const PathCost& c = d.cost.path[PATH_REUSED];
@@ -199,23 +198,23 @@ bool stale(const SolverData& d, double digits)
                      (d.cost.age > 0 && c.iteration / c.rate > d.cost.cycle_seconds / d.cost.cycle_digits));
 }
 
-// is it time to look at a path that is not the best?
+// is it time to try a path that is not the best?
 bool due(const PathCost& c, long now) { return !c.known || now - c.last > c.pause; }
 
-// the matrix is the one that was factorised
-bool factors_fit(const SolverData& d, const SolveAsk& ask) { return d.factored && d.stamp == ask.stamp; }
+// the matrix is already factorised
+bool factors_fit(const SolverData& d, const SolveTask& task) { return d.factored && d.stamp == task.stamp; }
 
-// the incomplete factor of this matrix is there, and faster than a back substitution
-bool cholesky_fits(const SolverData& d, const SolveAsk& ask)
+// the incomplete factor of this matrix exists, and is faster than a back substitution
+bool cholesky_fits(const SolverData& d, const SolveTask& task)
 {
-  return d.cholesky.stamp == ask.stamp && d.cost.path[PATH_CHOLESKY].known &&
-         expected(d.cost.path[PATH_CHOLESKY], ask.digits) < d.cost.direct_back;
+  return d.cholesky.stamp == task.stamp && d.cost.path[PATH_CHOLESKY].known &&
+         expected(d.cost.path[PATH_CHOLESKY], task.digits) < d.cost.direct_back;
 }
 
-// ---- broken material in statics: which rows change is known                            (8.9)
+// ---- broken material in statics: the changed rows are known                            (8.9)
 
-// factors with the changed rows corrected: as long as a solution costs less than the mean since the
-// factorisation, which is included
+// factors corrected in the changed rows: as long as a solution costs less than the mean since the
+// factorisation, including it
 bool changed_pays(const Solver& s)
 {
   const SolverData& d = *s.data;
@@ -224,34 +223,34 @@ bool changed_pays(const Solver& s)
   return d.cost.age == 0 || c.setup < d.cost.cycle_seconds / (d.cost.age + 1);
 }
 
-// Broken material in space: factors cost so much more than the incomplete factor that conjugate gradients
-// take less than half of their time, also with parts that only the residual stiffness holds
-bool broken_by_cg(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
+// Broken material in 3D: factors cost so much more than the incomplete factor that conjugate gradients take
+// less than half of their time, even with parts that are held by the residual stiffness only
+bool broken_by_cg(const Solver& s, const SysMatrix& A, const SolveTask& task, long now, double& limit)
 {
   const SolverData& d = *s.data;
   const PathCost& c   = d.cost.path[PATH_CHOLESKY];
   if (A.dim != 3 || s.def.kind != SOLVER_AUTO || now < d.cost.again) return false;
   const double direct = d.factored || d.cost.guess > 0.0 ? direct_seconds(d, solve_same_pattern(s, A)) : 0.0;
   const bool known    = c.known && !due(c, now);
-  const double cg     = known ? expected(c, ask.digits) : cholesky_guess(d, CUBE * std::cbrt(d.cost.rows));
+  const double cg     = known ? expected(c, task.digits) : cholesky_guess(d, CUBE * std::cbrt(d.cost.rows));
   limit = 2.0 * direct;
   return cg < 0.5 * direct;
 }
 
 // ---- the choice ------------------------------------------------------------
 
-// what the deck allows beside a factorisation
+// methods other than a factorisation that the deck allows
 bool allowed(const Solver& s, SolvePath path, long now)
 {
   if (path == PATH_REUSED) return have_factors(s);
   return s.def.kind == SOLVER_AUTO && now >= s.data->cost.again;
 }
 
-// nothing was factorised yet: are conjugate gradients surely faster?
-bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
+// before the first factorisation: are conjugate gradients certainly faster?
+bool without_factors(Solver& s, const SysMatrix& A, const SolveTask& task)
 {
   SolverData& d = *s.data;
-  if (!ask.known_regular) return false;
+  if (!task.known_regular) return false;
   if (d.cost.guess == 0.0) {
     Timer timer(PHASE_ANALYSIS);
     s.flops_ahead = order_least(A);
@@ -263,18 +262,18 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
   return cholesky_guess(d) < 0.5 * d.cost.guess;
 }
 
-// is a path that is not known worth a trial? With inertia conjugate gradients converge fast; without, by size
-bool promising(const SolverData& d, const SolveAsk& ask, SolvePath path, const PathCost& c, double least)
+// is an untried path worth a trial? With inertia conjugate gradients converge fast; without, compare by size
+bool promising(const SolverData& d, const SolveTask& task, SolvePath path, const PathCost& c, double least)
 {
-  return path != PATH_CHOLESKY || c.known || ask.inertia || cholesky_guess(d) < least;
+  return path != PATH_CHOLESKY || c.known || task.inertia || cholesky_guess(d) < least;
 }
 
 // ---- algebraic multigrid in statics                                                    (8.12)
 
 bool amg_waits(const SolverData& d) { return d.amg_wait > 0; }
 
-// Iterations with the incomplete factor for 8 digits: what this run has counted, else those of a cube with as
-// many nodes
+// Iterations with the incomplete factor for 8 digits: as counted in this run, else as for a cube with the
+// same number of nodes
 double cholesky_iterations(const Solver& s)
 {
   const PathLog& l = s.path[PATH_CHOLESKY];
@@ -282,68 +281,68 @@ double cholesky_iterations(const Solver& s)
       : CUBE * std::cbrt(s.data->cost.rows);
 }
 
-// elements in space, where the incomplete factor needs so many iterations that multigrid is faster, and a
-// factorisation twice as many operations
-bool amg_pays(Solver& s, const SysMatrix& A, const SolveAsk& ask)
+// 3D elements, where the incomplete factor needs so many iterations that multigrid is faster, and a
+// factorisation takes more than twice the time of multigrid
+bool amg_pays(Solver& s, const SysMatrix& A, const SolveTask& task)
 {
   const SolverData& d = *s.data;
-  if (A.dim != 3 || ask.inertia || !ask.plain || !ask.place || amg_waits(d) || factors_fit(d, ask) ||
+  if (A.dim != 3 || task.inertia || !task.plain || !task.place || amg_waits(d) || factors_fit(d, task) ||
       cholesky_iterations(s) < AMG_FROM)
     return false;
-  if (!d.factored && !without_factors(s, A, ask)) return false;
+  if (!d.factored && !without_factors(s, A, task)) return false;
   const double factor = s.flops_ahead / (rate_of.factor * comm_size());
   return cholesky_guess(d, AMG_WORK) < 0.5 * factor && amg_there();
 }
 
-// the fastest path by what this run has counted; a path that is not known, or was not tried for long, gets a
-// trial that ends when the best one would have been faster
-SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long now, double& limit)
+// the fastest path by the counts of this run; a path that is unknown, or was not tried for a long time, gets
+// a trial that ends when the best one would have been faster
+SolvePath fastest(const Solver& s, const SolveTask& task, bool pattern_known, long now, double& limit)
 {
   const SolverData& d = *s.data;
   const double direct = direct_seconds(d, pattern_known);
   limit = 2.0 * direct;
-  if (factors_fit(d, ask)) return cholesky_fits(d, ask) ? PATH_CHOLESKY : PATH_BACK;
+  if (factors_fit(d, task)) return cholesky_fits(d, task) ? PATH_CHOLESKY : PATH_BACK;
   SolvePath best = PATH_FACTOR;
   double least   = direct;
   for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY}) {
     const PathCost& c = d.cost.path[path];
-    if (!allowed(s, path, now) || !c.known || expected(c, ask.digits) >= least) continue;
+    if (!allowed(s, path, now) || !c.known || expected(c, task.digits) >= least) continue;
     best  = path;
-    least = expected(c, ask.digits);
+    least = expected(c, task.digits);
   }
   limit = least;
   for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY})
     if (path != best && allowed(s, path, now) && due(d.cost.path[path], now) &&
-        promising(d, ask, path, d.cost.path[path], least))
+        promising(d, task, path, d.cost.path[path], least))
       return path;
   limit = 2.0 * direct;
-  return best == PATH_REUSED && stale(d, ask.digits) ? PATH_FACTOR : best;
+  return best == PATH_REUSED && stale(d, task.digits) ? PATH_FACTOR : best;
 }
 
-SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
+SolvePath choose(Solver& s, const SysMatrix& A, const SolveTask& task, long now, double& limit)
 {
   const SolverData& d = *s.data;
   limit = NEVER;
   if (!s.def.reuse) return PATH_FACTOR;
   const bool small = d.cost.rows * A.dim < SMALL_SYSTEM;
-  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || small || ask.exact || ask.broken))
+  if (factors_fit(d, task) && (s.def.kind != SOLVER_AUTO || small || task.exact || task.broken))
     return PATH_BACK;
   if (s.def.kind == SOLVER_AMG) return amg_waits(d) || d.cost.rows == 0 ? PATH_FACTOR : PATH_AMG;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS)
-      return have_factors(s) && !stale(d, ask.digits) ? PATH_REUSED : PATH_FACTOR;
+      return have_factors(s) && !stale(d, task.digits) ? PATH_REUSED : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
-  if (ask.broken && !ask.exact && !small) {
-    if (broken_by_cg(s, A, ask, now, limit)) return PATH_CHOLESKY;
+  if (task.broken && !task.exact && !small) {
+    if (broken_by_cg(s, A, task, now, limit)) return PATH_CHOLESKY;
     limit = NEVER;
     if (changed_pays(s)) return PATH_CHANGED;
   }
-  if (small || ask.exact || ask.broken) return PATH_FACTOR;
-  if (amg_pays(s, A, ask)) return PATH_AMG;
-  if (moves_fast(d, ask, A.dim)) return PATH_CHOLESKY;
-  if (!d.factored && !without_factors(s, A, ask)) return PATH_FACTOR;
-  return fastest(s, ask, solve_same_pattern(s, A), now, limit);
+  if (small || task.exact || task.broken) return PATH_FACTOR;
+  if (amg_pays(s, A, task)) return PATH_AMG;
+  if (moves_fast(d, task, A.dim)) return PATH_CHOLESKY;
+  if (!d.factored && !without_factors(s, A, task)) return PATH_FACTOR;
+  return fastest(s, task, solve_same_pattern(s, A), now, limit);
 }
 
 // ---- the paths ---------------------------------------------------------------
@@ -354,7 +353,7 @@ void remember_solution(std::vector<RealVec>& past, const RealVec& x)
   past.push_back(x);
 }
 
-Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
+Status by_factor(Solver& s, const SysMatrix& A, const SolveTask& task, const RealVec& b, RealVec& x)
 {
   SolverData& d = *s.data;
   {
@@ -370,15 +369,15 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
     if (status != STATUS_OK) return status;
     smooth(d.cost.direct_factor, counted_factor(s));
   }
-  d.stamp    = ask.stamp;
-  // earlier solutions are those of other rows
-  if (d.pattern.divided && comm_allreduce_max(static_cast<int>(d.reused.key != ask.key))) d.past.clear();
-  d.reused.key = ask.key;
+  d.stamp    = task.stamp;
+  // earlier solutions belong to other rows
+  if (d.pattern.divided && comm_allreduce_max(static_cast<int>(d.reused.key != task.key))) d.past.clear();
+  d.reused.key = task.key;
   if (d.pattern.divided) d.reused.owner = A.halo.owner;
   d.changed.on = false;
-  if (ask.broken && s.null_pivot_row >= 0 && s.def.reuse && d.cost.rows * A.dim >= SMALL_SYSTEM &&
+  if (task.broken && s.null_pivot_row >= 0 && s.def.reuse && d.cost.rows * A.dim >= SMALL_SYSTEM &&
       !sys_shared(A))
-    changed_begin(A, ask.key, s.null_pivot_row, d.changed);
+    changed_begin(A, task.key, s.null_pivot_row, d.changed);
   d.cost.age      = 0;
   if (d.cost.fresh_rate > 0.0) d.cost.path[PATH_REUSED].rate = d.cost.fresh_rate;
   Timer timer(PHASE_SOLVE);
@@ -386,11 +385,11 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   smooth(d.cost.direct_back, counted_back(d));
   if (status == STATUS_OK && s.def.reuse && d.cost.rows * A.dim >= SMALL_SYSTEM) remember_solution(d.past, x);
   d.cost.cycle_seconds = direct_seconds(d, true);
-  d.cost.cycle_digits  = ask.digits;
+  d.cost.cycle_digits  = task.digits;
   return status;
 }
 
-// ---- z = M^-1 r and rho = r z by each way
+// ---- z = M^-1 r and rho = r z by each method
 
 bool cholesky_apply_way(Solver& s, const SysMatrix&, const CgSystem& c, const RealVec& r, RealVec& z,
                         double& rho)
@@ -423,7 +422,7 @@ bool diagonal_apply_way(Solver& s, const SysMatrix&, const CgSystem& c, const Re
   return true;
 }
 
-// the factors are those of the whole matrix A
+// the factors belong to the whole matrix A
 bool reused_apply_way(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z,
                       double& rho)
 {
@@ -446,90 +445,91 @@ bool amg_apply_way(Solver& s, const SysMatrix&, const CgSystem&, const RealVec& 
   return amg_apply(*s.data->amg, r, z, rho);
 }
 
-// the incomplete factor of the matrix of ask, on all ranks
-bool cholesky_ready(SolverData& d, const SysMatrix& A, OwnBlock* own, const SolveAsk& ask)
+// the incomplete factor of the matrix of task, on all ranks
+bool cholesky_ready(SolverData& d, const SysMatrix& A, OwnBlock* own, const SolveTask& task)
 {
   Cholesky& c = d.cholesky;
-  if (c.stamp == ask.stamp) return true;
+  if (c.stamp == task.stamp) return true;
   c.stamp = -1;
   if (!cholesky_form(A, c, own)) return false;
-  c.stamp   = ask.stamp;
-  c.pattern = ask.pattern;
+  c.stamp   = task.stamp;
+  c.pattern = task.pattern;
   c.spent   = KEPT_FORM[A.dim];
   c.digits  = 0.0;
   c.stale   = false;
   return true;
 }
 
-// decimal digits that a solution has brought
+// decimal digits gained by a solution
 double digits_of(const CgDone& done) { return done.end > 0.0 ? std::log10(done.first / done.end) : 16.0; }
 
-// ---- the incomplete factor of an earlier matrix serves as long as a digit costs no more than on average
-// since it was made, which is included                                                    (8.14)
+// ---- the incomplete factor of an earlier matrix is kept as long as a digit costs no more than on average
+// since it was formed, including that                                                     (8.14)
 
-// is it that of an earlier matrix that serves?
-bool cholesky_kept(const Solver& s, const SolveAsk& ask)
+// is the incomplete factor of an earlier matrix used?
+bool cholesky_kept(const Solver& s, const SolveTask& task)
 {
   const Cholesky& c = s.data->cholesky;
-  return s.def.reuse && c.stamp >= 0 && c.stamp != ask.stamp && ask.pattern > 0 && c.pattern == ask.pattern &&
-         !c.stale && c.digits > 0.0;
+  return s.def.reuse && c.stamp >= 0 && c.stamp != task.stamp && task.pattern > 0 &&
+         c.pattern == task.pattern && !c.stale && c.digits > 0.0;
 }
 
-// iterations after which it has served badly
-int kept_limit(int dim, const Cholesky& c, const SolveAsk& ask)
+// iterations after which a kept factor is given up
+int kept_limit(int dim, const Cholesky& c, const SolveTask& task)
 {
-  return static_cast<int>(KEPT_FORM[dim] + 2.0 * (ask.digits + 1.0) * c.spent / c.digits);
+  return static_cast<int>(KEPT_FORM[dim] + 2.0 * (task.digits + 1.0) * c.spent / c.digits);
 }
 
 void cholesky_judge(const CgDone& done, Cholesky& c)
 {
-  const double brought = digits_of(done);
+  const double gained = digits_of(done);
   c.spent += done.iterations;
-  c.digits += brought;
-  c.stale = !done.good || done.iterations * c.digits > c.spent * brought;
+  c.digits += gained;
+  c.stale = !done.good || done.iterations * c.digits > c.spent * gained;
 }
 
-bool reused_form_way(Solver& s, const SysMatrix& A, const SolveAsk& ask, CgSystem&)
+bool reused_form_way(Solver& s, const SysMatrix& A, const SolveTask& task, CgSystem&)
 {
-  return reused_form(A, ask.key, s.data->reused);
+  return reused_form(A, task.key, s.data->reused);
 }
 
-bool changed_form_way(Solver& s, const SysMatrix& A, const SolveAsk& ask, CgSystem&)
+bool changed_form_way(Solver& s, const SysMatrix& A, const SolveTask& task, CgSystem&)
 {
-  return changed_form(s, A, ask.key, s.null_pivot_row, ask.stamp, s.data->changed);
+  return changed_form(s, A, task.key, s.null_pivot_row, task.stamp, s.data->changed);
 }
 
-bool cholesky_form_way(Solver& s, const SysMatrix&, const SolveAsk& ask, CgSystem& c)
+bool cholesky_form_way(Solver& s, const SysMatrix&, const SolveTask& task, CgSystem& c)
 {
-  if (!cholesky_kept(s, ask)) return cholesky_ready(*s.data, c.A, c.own, ask);
+  if (!cholesky_kept(s, task)) return cholesky_ready(*s.data, c.A, c.own, task);
   timer_skip(PHASE_PRECOND);
   return true;
 }
 
-bool amg_form_way(Solver& s, const SysMatrix&, const SolveAsk& ask, CgSystem& c)
+bool amg_form_way(Solver& s, const SysMatrix&, const SolveTask& task, CgSystem& c)
 {
   SolverData& d = *s.data;
-  return cholesky_ready(d, c.A, c.own, ask) && amg_form(c.A, c.own, d.cholesky, ask.place, ask.stamp, d.amg);
+  return cholesky_ready(d, c.A, c.own, task) &&
+         amg_form(c.A, c.own, d.cholesky, task.place, task.stamp, d.amg);
 }
 
-bool diagonal_form_way(Solver& s, const SysMatrix&, const SolveAsk&, CgSystem& c)
+bool diagonal_form_way(Solver& s, const SysMatrix&, const SolveTask&, CgSystem& c)
 {
   return !comm_allreduce_max(!diagonal_form(c.A, s.data->diagonal));
 }
 
-// what the path has cost, for the next choice; kept: by an incomplete factor that was there
+// stores the cost of the path for the next choice; kept: with an earlier incomplete factor
 void remember(Solver& s, SolvePath path, const CgDone& done, bool kept, long now)
 {
   SolverData& d = *s.data;
   PathCost& c   = d.cost.path[path];
-  const double brought = digits_of(done);
+  const double gained  = digits_of(done);
   const double setup   = kept ? 0.0 : way[path].setup(d);
   const double seconds = done.iterations * way[path].iteration(d);
   c.last = now;
   smooth(c.setup, setup);
   if (done.iterations > 0) {
     smooth(c.iteration, seconds / done.iterations);
-    const double rate = std::max(1e-3, brought / done.iterations);
+    const double rate = std::max(1e-3, gained / done.iterations);
     c.rate = c.known && done.good ? (1.0 - SMOOTH) * c.rate + SMOOTH * rate : rate;
   } else if (!done.good) {
     c.rate = 1e-3;                       // no preconditioner, or an indefinite matrix
@@ -538,19 +538,19 @@ void remember(Solver& s, SolvePath path, const CgDone& done, bool kept, long now
   c.pause = done.good ? PAUSE : std::max(PAUSE, 2 * c.pause);
   if (path == PATH_CHANGED) {
     if (!done.good) d.changed.on = false;
-    // all in all; the first iterations of an increment bring new rows, later ones do not
+    // set-up and iterations together; only the first iterations of an increment add rows
     c.setup = d.cost.age++ == 0 ? setup + seconds : (1.0 - SMOOTH) * c.setup + SMOOTH * (setup + seconds);
     d.cost.cycle_seconds += setup + seconds;
     return;
   }
   if (path != PATH_REUSED) return;
   if (!done.good || done.iterations == 0) return;
-  if (d.cost.age++ == 0) smooth(d.cost.fresh_rate, brought / done.iterations);
+  if (d.cost.age++ == 0) smooth(d.cost.fresh_rate, gained / done.iterations);
   d.cost.cycle_seconds += seconds;
-  d.cost.cycle_digits += brought;
+  d.cost.cycle_digits += gained;
 }
 
-// multigrid that has failed begins anew, then rests, each time for longer
+// after a failure multigrid gets a new hierarchy; after another it pauses, each time for longer
 void amg_judge(SolverData& d, const CgDone& done)
 {
   if (d.amg && amg_count(*d.amg, done)) return;
@@ -565,34 +565,34 @@ void amg_judge(SolverData& d, const CgDone& done)
            done.iterations, d.amg_wait);
 }
 
-// the preconditioner, and conjugate gradients with it
-CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit,
+// forms the preconditioner and solves by conjugate gradients
+CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveTask& task, SolvePath path, double limit,
                       const RealVec& b, RealVec& x)
 {
   SolverData& d  = *s.data;
   OwnBlock* own  = sys_shared(A) ? &d.own : nullptr;
-  const bool old = path == PATH_CHOLESKY && cholesky_kept(s, ask);
+  const bool old = path == PATH_CHOLESKY && cholesky_kept(s, task);
   CgDone done;
   CgSystem c{A, own, nullptr};
   {
     Timer timer(PHASE_PRECOND);
-    if (own) own_form(A, ask.pattern, *own);
-    done.indefinite = path == PATH_CHOLESKY;         // where it has no factor
-    if (!way[path].form(s, A, ask, c)) return done;
+    if (own) own_form(A, task.pattern, *own);
+    done.indefinite = path == PATH_CHOLESKY;         // if forming the factor fails
+    if (!way[path].form(s, A, task, c)) return done;
     c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
       return way[path].apply(s, A, c, r, z, rho);
     };
   }
   Timer timer(PHASE_CG);
   const double safety = way[path].safety;
-  int most            = way[path].iterations;
-  if (limit < NEVER) most = std::min(most, counted_limit(d, path, limit));
-  if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && moves_fast(d, ask, A.dim))
-    most = std::min(most, fast_limit(A.dim) + 1);
-  if (old) most = std::min(most, kept_limit(A.dim, d.cholesky, ask));
-  CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most};
-  const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
-  goal.any_sign = ask.inertia;
+  int iterations      = way[path].iterations;        // at most
+  if (limit < NEVER) iterations = std::min(iterations, counted_limit(d, path, limit));
+  if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && moves_fast(d, task, A.dim))
+    iterations = std::min(iterations, fast_limit(A.dim) + 1);
+  if (old) iterations = std::min(iterations, kept_limit(A.dim, d.cholesky, task));
+  CgGoal goal{safety * task.eta, safety * task.energy, task.residual, iterations};
+  const bool same = path == PATH_REUSED && d.reused.same;    // a product with A costs little compared with M
+  goal.any_sign = task.inertia;
   if (same) goal.begun = cg_begin(c, b, d.past, x);
   done = cg_solve(c, b, goal, d.work, x);
   if (same && done.good) remember_solution(d.past, x);
@@ -600,8 +600,8 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
   return done;
 }
 
-// In motion a matrix may be indefinite in some iterations of an increment, which tells little of those that
-// follow: the incomplete factor is tried again, each time after twice as many solutions
+// In dynamics a matrix may be indefinite in some iterations of an increment, but not in later ones: the
+// incomplete factor is tried again, each time after twice as many solutions
 void wait_indefinite(SolverData& d, long now)
 {
   d.cost.again    = now + 1 + d.cost.left_out;
@@ -609,20 +609,20 @@ void wait_indefinite(SolverData& d, long now)
   d.cost.spare    = true;
 }
 
-Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now,
+Status by_cg(Solver& s, const SysMatrix& A, const SolveTask& task, SolvePath path, double limit, long now,
              const RealVec& b, RealVec& x)
 {
   const Clock clock;
   SolverData& d  = *s.data;
-  const bool old = path == PATH_CHOLESKY && cholesky_kept(s, ask);
+  const bool old = path == PATH_CHOLESKY && cholesky_kept(s, task);
   const Cholesky& c    = d.cholesky;
   const double shift[] = {c.shift, c.border_shift};
-  CgDone done = form_and_solve(s, A, ask, path, limit, b, x);
+  CgDone done = form_and_solve(s, A, task, path, limit, b, x);
   bool indefinite = done.indefinite;
-  if (old && !done.good) done = form_and_solve(s, A, ask, path, limit, b, x);
-  indefinite = indefinite || done.indefinite;        // the same on all ranks, which shifts are not
-  if (path == PATH_CHOLESKY && ask.inertia && indefinite) {
-    d.cholesky = Cholesky();             // the next one begins as this one did
+  if (old && !done.good) done = form_and_solve(s, A, task, path, limit, b, x);
+  indefinite = indefinite || done.indefinite;        // equal on all ranks, unlike the shifts
+  if (path == PATH_CHOLESKY && task.inertia && indefinite) {
+    d.cholesky = Cholesky();             // the next factor begins with the same shifts as this one
     d.cholesky.shift        = shift[0];
     d.cholesky.border_shift = shift[1];
     if (!done.good) wait_indefinite(d, now);
@@ -644,9 +644,8 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   return done.good ? STATUS_OK : SOLVER_FAILED;
 }
 
-// the path that the deck asks for, or the best one; when it does not converge the next, at last a
-// factorisation
-Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
+// the path of the deck, or the best one; if it does not converge, the next one, finally a factorisation
+Status by_best(Solver& s, const SysMatrix& A, const SolveTask& task, const RealVec& b, RealVec& x)
 {
   SolverData& d = *s.data;
   d.amg_wait    = std::max(0L, d.amg_wait - 1);
@@ -654,15 +653,15 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
   for (const PathLog& l : s.path) now += l.solves;
   bool tried[PATHS] = {};
   double limit;
-  SolvePath path = choose(s, A, ask, now, limit);
+  SolvePath path = choose(s, A, task, now, limit);
   while (path >= PATH_REUSED && !tried[path]) {
     tried[path] = true;
-    if (by_cg(s, A, ask, path, limit, now, b, x) == STATUS_OK) {
+    if (by_cg(s, A, task, path, limit, now, b, x) == STATUS_OK) {
       ++s.path[path].solves;
       return STATUS_OK;
     }
     tried[path] = path != PATH_AMG || d.amg_wait > 0;      // once more with a new hierarchy
-    path = choose(s, A, ask, now, limit);
+    path = choose(s, A, task, now, limit);
   }
   if (path != PATH_BACK) path = PATH_FACTOR;
   Status status;
@@ -672,14 +671,14 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
     Timer timer(PHASE_SOLVE);
     status = solve_back(s, b, x);
   } else {
-    status = by_factor(s, A, ask, b, x);
+    status = by_factor(s, A, task, b, x);
   }
   ++s.path[path].solves;
   s.path[path].seconds += clock.seconds();
   return status;
 }
 
-// rows and numbers of the matrix, of all ranks; a pattern that stays has as many as before
+// counts rows and numbers of the matrix, of all ranks, unless the pattern is unchanged
 void count_entries(const SysMatrix& A, long pattern, SolverData& d)
 {
   if (pattern > 0 && pattern == d.cost.counted) return;
@@ -706,23 +705,23 @@ void count_entries(const SysMatrix& A, long pattern, SolverData& d)
 // ---------------------------------------------------------------------------
 // solve_system : one linear system of Newton's method                      doc/theory.md 8
 //
-//   in   A, b   b [neq]; ask: who the rows are, whether A is new, how exact x must be
+//   in   A, b   b [neq]; task: keys of the rows, stamp of A, required accuracy
 //   out  x      [neq], another vector than b; s.left: bound of its error
 //   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
 //
-// When conjugate gradients do not converge, the next best path follows, at last a factorisation. The choice
-// goes by counted work: two runs take the same paths.
+// If conjugate gradients do not converge, the next best path follows, finally a factorisation. The choice is
+// based on counted work: two runs take the same paths.
 // ---------------------------------------------------------------------------
-Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
+Status solve_system(Solver& s, const SysMatrix& A, const SolveTask& task, const RealVec& b, RealVec& x)
 {
   MPFE_CHECK(&x != &b, "solve_system: x and b are one vector");
-  MPFE_CHECK(static_cast<int>(ask.key.size()) == A.nrow, "solve_system: one key for each row");
-  s.masses = ask.inertia;
+  MPFE_CHECK(static_cast<int>(task.key.size()) == A.nrow, "solve_system: one key for each row");
+  s.masses = task.inertia;
   SolverData& d  = *s.data;
-  count_entries(A, ask.pattern, d);
+  count_entries(A, task.pattern, d);
   const long analysed = s.nanalyse, factored = s.nfactor;
-  const Status status = first_pays(s, A, ask) ? first_solve(s, A, ask, b, x)
-                                              : by_best(s, A, exact_in_motion(s, ask, A.dim), b, x);
+  const Status status = first_pays(s, A, task) ? first_solve(s, A, task, b, x)
+                                              : by_best(s, A, exact_in_motion(s, task, A.dim), b, x);
   if (s.nanalyse == analysed) timer_skip(PHASE_ANALYSIS);
   if (s.nfactor == factored) timer_skip(PHASE_FACTOR);
   return status;

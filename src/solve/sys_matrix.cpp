@@ -8,7 +8,7 @@
 
 namespace {
 
-// y += A x. Blocks off the diagonal act twice, as A_IJ and as its transpose. T: of the values
+// y += A x. Off-diagonal blocks act twice, as A_IJ and as its transpose. T: type of the values
 template <class T>
 void multiply_line(const SysMatrix& A, const T* a, const double* x, double* y)
 {
@@ -33,7 +33,7 @@ inline Two two(const float* v)
   return __builtin_convertvector(*reinterpret_cast<const FloatsAt*>(v), Two);
 }
 
-// the same in the plane: a row of a block is one vector register
+// the same in 2D: a row of a block is one vector register
 template <class T>
 void multiply_plane(const SysMatrix& A, const T* a, const double* x, double* y)
 {
@@ -53,7 +53,7 @@ void multiply_plane(const SysMatrix& A, const T* a, const double* x, double* y)
   }
 }
 
-// the same in space: two numbers in a register and one
+// the same in 3D: two numbers in a register, and one alone
 template <class T>
 void multiply_space(const SysMatrix& A, const T* a, const double* x, double* y)
 {
@@ -98,7 +98,7 @@ void multiply(const SysMatrix& A, const std::vector<T>& val, const double* x, do
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// sys_multiply : y = A x, A as it is on this rank
+// sys_multiply : y = A x, with the contribution of this rank to A
 //
 //   in   x   [neq]
 //   out  y   [neq], another vector than x
@@ -127,10 +127,10 @@ void sys_diagonal(const SysMatrix& A, RealVec& d)
 }
 
 // ---------------------------------------------------------------------------
-// sys_sum : what the ranks have added to the rows of A, in the order of the ranks
+// sys_sum : sums the contributions to the rows of A, in the order of the ranks
 //
 //   in   v       [n*nrow + extra]
-//   out  v       the sum, on all ranks that have a row; one rank: as it was
+//   out  v       the sum, on all ranks that have a row; one rank: unchanged
 // ---------------------------------------------------------------------------
 void sys_sum(const SysMatrix& A, RealVec& v, int extra)
 {
@@ -142,12 +142,12 @@ void sys_sum(const SysMatrix& A, RealVec& v, int extra)
 // ---------------------------------------------------------------------------
 // sys_pattern : lower block triangle, rows sorted, the diagonal last
 //
-//   in   lists  each: block rows that a thing couples; every row has its diagonal also without a list
+//   in   lists  block rows that an item couples; every row has its diagonal, even without a list
 //   out  A      dim, nrow, off, col; val: zeros
 // ---------------------------------------------------------------------------
 void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
 {
-  // rows -> lists that hold them
+  // row -> lists that contain it
   IntVec count(nrow + 1, 0);
   for (int r : lists.item) ++count[r + 1];
   for (int r = 0; r < nrow; ++r) count[r + 1] += count[r];
@@ -155,7 +155,7 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
   for (int l = 0; l < lists.size(); ++l)
     for (int k = lists.off[l]; k < lists.off[l + 1]; ++k) holder[next[lists.item[k]]++] = l;
 
-  RealVec val = std::move(A.val);          // its memory serves again
+  RealVec val = std::move(A.val);          // its memory is reused
   const size_t before = A.col.size();
   A      = SysMatrix();
   A.dim  = dim;
@@ -211,7 +211,7 @@ RowNumbers sys_number(const SysMatrix& A)
 
 namespace {
 
-// a block of the whole matrix, and which one it is in what the ranks have sent
+// a block of the whole matrix, and its index in the message of a rank
 struct Part {
   int col, rank;
   long index;                  // 2 k, block k of the rank; 2 k + 1: transposed
@@ -297,7 +297,7 @@ ListTable sys_graph(const SysMatrix& A)
     }
   for (int I = 0; I < A.nrow; ++I) graph.off[I + 1] += graph.off[I];
 
-  // rows ascend, so that the lower neighbours of a row are in before the upper ones
+  // rows ascend: the lower neighbours of a row are added before the upper ones
   graph.item.resize(graph.off[A.nrow]);
   IntVec next(graph.off.begin(), graph.off.end() - 1);
   for (int I = 0; I < A.nrow; ++I)

@@ -105,7 +105,7 @@ template <class Value>
 double mean_of_set(const Problem& p, const Step& s, Value value)
 {
   double sum[2] = {};
-  for (int n : p.m.nset[s.arc_nset].item) {
+  for (int n : p.m.nset[s.arc.nset].item) {
     const int r = p.dofs.rows.row_of_node[n];
     if (r < 0 || !p.dofs.rows.counts(r * p.m.dim)) continue;
     sum[0] += value(n, r);
@@ -118,11 +118,11 @@ double mean_of_set(const Problem& p, const Step& s, Value value)
 // mean displacement of the set in its direction; the same of a correction x
 double set_displacement(const Problem& p, const Step& s, const Level& l)
 {
-  return mean_of_set(p, s, [&](int n, int) { return l.u[n * p.m.dim + s.arc_direction]; });
+  return mean_of_set(p, s, [&](int n, int) { return l.u[n * p.m.dim + s.arc.direction]; });
 }
 double set_correction(const Problem& p, const Step& s, const RealVec& x)
 {
-  return mean_of_set(p, s, [&](int, int r) { return x[r * p.m.dim + s.arc_direction]; });
+  return mean_of_set(p, s, [&](int, int r) { return x[r * p.m.dim + s.arc.direction]; });
 }
 
 double extensions(const Problem& p, const Arc& arc, const RealVec& x)
@@ -158,10 +158,10 @@ double prescribed_part(const Problem& p, const Attempt& a, const RealVec& x)
 bool ends_at_set(const Problem& p, Attempt& a, double advance, const RealVec& unit)
 {
   const Step& s = a.step;
-  if (s.arc_nset < 0) return false;
-  const double left = s.arc_end - set_displacement(p, s, p.st.n);
+  if (s.arc.nset < 0) return false;
+  const double left = s.arc.end - set_displacement(p, s, p.st.n);
   const double by   = advance * set_correction(p, s, unit);
-  if (by * s.arc_end <= 0.0 || std::fabs(by) < std::fabs(left)) return false;
+  if (by * s.arc.end <= 0.0 || std::fabs(by) < std::fabs(left)) return false;
   a.arc.length = left;
   return true;
 }
@@ -230,8 +230,8 @@ void step_arc_end(Problem& p, const Attempt& a)
   const Step& s = a.step;
   c.load      = a.arc.at;
   c.load_most = std::max(c.load_most, c.load);
-  const double u = s.arc_nset >= 0 ? set_displacement(p, s, p.st.np1) : 0.0;
-  const bool far = s.arc_nset >= 0 && u * s.arc_end >= (1.0 - SET_REACHED) * s.arc_end * s.arc_end;
+  const double u = s.arc.nset >= 0 ? set_displacement(p, s, p.st.np1) : 0.0;
+  const bool far = s.arc.nset >= 0 && u * s.arc.end >= (1.0 - SET_REACHED) * s.arc.end * s.arc.end;
   const bool whole = s.over(c.load), fallen = c.load <= FALLEN * c.load_most;
   const bool many  = p.st.log.inc >= s.max_inc;
   c.ended = far || whole || fallen || many;

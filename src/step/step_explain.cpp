@@ -126,7 +126,7 @@ std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, in
     std::snprintf(text, sizeof text, "direction %d of a corner of a released point",
                   direction);
   } else {
-    grid_node_place(m.grid, s.rows.dim, grid.key[row - s.rows.nfe], x);
+    grid_node_position(m.grid, s.rows.dim, grid.key[row - s.rows.nfe], x);
     std::snprintf(text, sizeof text, "direction %d of the grid node at %s", direction,
                   position_text(x, s.rows.dim).c_str());
   }

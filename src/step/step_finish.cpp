@@ -13,8 +13,12 @@ void finish_ties(const Dofs& s, State& st, RealVec& dv)
 {
   const int dim   = s.rows.dim;
   const auto at = [&](int dof) { return s.rows.node_of_row[dof / dim] * dim + dof % dim; };
-  for (size_t k = 0; k < s.bound.tie.dof.size(); ++k)
+  const Ties& t      = s.bound.tie;
+  // nodes of bodies that turn have accelerations of their own
+  const size_t turns = t.rigid.empty() ? t.dof.size() : t.rigid.front();
+  for (size_t k = 0; k < t.dof.size(); ++k)
     for (RealVec* x : {&st.np1.v, &st.np1.a}) {
+      if (k >= turns && x == &st.np1.a) continue;
       double sum = 0.0;
       for (int q = s.bound.tie.master.off[k]; q < s.bound.tie.master.off[k + 1]; ++q)
         sum += s.bound.tie.coef[q] * (*x)[at(s.bound.tie.master.item[q])];
@@ -349,7 +353,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   RealVec dv(a.plain ? 0 : s.rows.neq(), 0.0);          // change of the velocities of the unknowns
   st.np1.time = a.total1;
   if (st.points.part.window)
-    point_tell_history(m.part, s.pattern.point_rank, st.points, p.d.point_law.history, st.np1);
+    point_copy_history(m.part, s.pattern.point_rank, st.points, p.d.point_law.history, st.np1);
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
   const bool keeps = ((m.solver.reuse && s.rows.neq_all() >= SMALL_SYSTEM) || leaps) &&
@@ -357,7 +361,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   GridVelocity* const after = keeps ? &p.newton.grid : nullptr;
   if (!after || a.cM == 0.0) p.newton.grid = GridVelocity();
   if (a.cM != 0.0 && !a.plain) finish_velocities(p.d.grid, s, a, st, dv, after);
-  point_tell_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});
+  point_copy_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});
   if (m.part.around.on()) {                          // nodes of outer elements
     std::vector<RealVec*> told{&st.np1.u};
     if (a.cM != 0.0 && (st.bonds.nbond_all() || !m.conversion.empty()))

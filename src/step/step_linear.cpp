@@ -76,7 +76,7 @@ RealVec row_places(const Problem& p)
   const ActiveGrid& grid = p.d.grid;
   for (int g = 0; g < grid.nnode; ++g) {
     double x[3];
-    grid_unknown_place(p.m, p.st.points, p.st.n.uc, grid, g, x);
+    grid_unknown_position(p.m, p.st.points, p.st.n.uc, grid, g, x);
     const int c = grid_corner(p.st.points, grid.key[g]);
     for (int i = 0; i < dim; ++i)
       place[(s.rows.nfe + g) * dim + i] =
@@ -94,7 +94,7 @@ RealVec inverse_diagonal(const Dofs& s, const RealVec& diag)
 }
 
 // (A + E) x = f, E what slipping contact adds that is not symmetric; A^-1 to few digits preconditions  (6.23)
-Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, SolveAsk& ask, LinearSystem& l)
+Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, SolveTask& ask, LinearSystem& l)
 {
   const Dofs& s  = p.dofs;
   Solver& solver = p.newton.solver;
@@ -120,7 +120,8 @@ Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, Solv
   };
   system.precondition = [&](const RealVec& v, RealVec& z) {
     const Status status = solve_system(solver, s.pattern.A, ask, v, z);
-    if (start < 0.0 && status == STATUS_OK) start = std::fabs(dof_dot(s, v, z)) * step_product(l.f, l.f, system.weight);
+    if (start < 0.0 && status == STATUS_OK)
+      start = std::fabs(dof_dot(s, v, z)) * step_product(l.f, l.f, system.weight);
     return status;
   };
   double left;
@@ -179,10 +180,11 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 namespace {
 
 // what the system of iteration it is solved for
-SolveAsk ask_of(Problem& p, const Attempt& a, int it, double residual, double accepted, const LinearSystem& l)
+SolveTask ask_of(Problem& p, const Attempt& a, int it, double residual, double accepted,
+                 const LinearSystem& l)
 {
   const Dofs& s = p.dofs;
-  SolveAsk ask{s.rows.row_key};
+  SolveTask ask{s.rows.row_key};
   ask.stamp    = s.pattern.tangent;
   ask.pattern  = s.pattern.number;
   ask.eta      = reduction(p.newton.gain, it, residual, accepted);
@@ -210,7 +212,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
 {
   const Dofs& s = p.dofs;
   l.residual    = std::max(l.residual, residual);
-  SolveAsk ask  = ask_of(p, a, it, residual, accepted, l);
+  SolveTask ask  = ask_of(p, a, it, residual, accepted, l);
   const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;
   l.own_energy = 0.0;
@@ -226,7 +228,7 @@ Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, do
                        LinearSystem& l)
 {
   const Dofs& s       = p.dofs;
-  SolveAsk ask        = ask_of(p, a, it, residual, accepted, l);
+  SolveTask ask        = ask_of(p, a, it, residual, accepted, l);
   const double left   = p.newton.solver.left;
   const Status status = solve_system(p.newton.solver, s.pattern.A, ask, l.g, l.along);
   p.newton.solver.left = left;

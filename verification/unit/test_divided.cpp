@@ -163,9 +163,9 @@ bool same_bits(const SysMatrix& A, const RealVec& x)
   return comm_allreduce_max(static_cast<int>(x != y)) == 0;
 }
 
-SolveAsk ask(const std::vector<long>& key, long stamp)
+SolveTask ask(const std::vector<long>& key, long stamp)
 {
-  SolveAsk a{key};
+  SolveTask a{key};
   a.stamp = stamp;
   a.eta   = 1e-11;
   return a;
@@ -205,7 +205,7 @@ TEST(Divided, FirstRankSolvesBrokenStatics)
         if (l.key[I] == changed && l.A.halo.owner[I] == comm_rank())
           add_block(l.A, I, I, 3.0 * Eigen::MatrixXd::Identity(2, 2));
     }
-    SolveAsk a = ask(l.key, stamp);
+    SolveTask a = ask(l.key, stamp);
     a.pattern  = 1;
     a.broken   = true;
     RealVec x;
@@ -475,7 +475,7 @@ TEST(Divided, ChoiceRepeats)
     l.A = first;
     RealVec x;
     for (int k = 1; k <= 12; ++k) {
-      SolveAsk a = ask(l.key, k);
+      SolveTask a = ask(l.key, k);
       a.inertia  = true;
       ASSERT_EQ(solve_system(s, l.A, a, RealVec(l.A.neq(), 1.0), x), STATUS_OK);
       for (size_t i = 0; i < l.A.val.size(); ++i) l.A.val[i] *= 1.02;

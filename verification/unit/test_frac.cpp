@@ -857,7 +857,7 @@ TEST(Conversion, TornPointsComeOff)
     CornerShare share;
     EXPECT_TRUE(frac_replay(m, r.fm, r.st, begin, share));
     EXPECT_EQ(share.corner.corner, r.share.corner.corner);
-    EXPECT_EQ(share.corner.place, r.share.corner.place);
+    EXPECT_EQ(share.corner.table, r.share.corner.table);
   }
 }
 

@@ -101,7 +101,7 @@ TEST(Grid, LinearFieldsAreExactWhereverTheBodyLies)
             sum += a.pts.w(p)[k - a.pts.conn.off[p]] * a.g.corner_w[j];
         for (int k = a.g.point.off[p]; k < a.g.point.off[p + 1]; ++k) {
           double x[3];
-          grid_node_place(m.grid, 2, a.g.key[a.g.point.item[k]], x);
+          grid_node_position(m.grid, 2, a.g.key[a.g.point.item[k]], x);
           for (int j = 0; j < 2; ++j) {
             none[j] += a.g.dS[2 * k + j];
             for (int i = 0; i < 2; ++i) grad[2 * i + j] += x[i] * a.g.dS[2 * k + j];

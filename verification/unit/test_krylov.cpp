@@ -65,9 +65,9 @@ double residual(const SysMatrix& A, const RealVec& b, const RealVec& x)
   return std::sqrt(r / f);
 }
 
-SolveAsk ask(const std::vector<long>& key, long stamp)
+SolveTask ask(const std::vector<long>& key, long stamp)
 {
-  SolveAsk a{key};
+  SolveTask a{key};
   a.stamp = stamp;
   a.eta   = 1e-10;
   return a;
@@ -173,7 +173,7 @@ TEST(Krylov, IncompleteFactorIsKept)
   const Cholesky& c = s.data->cholesky;
   RealVec x;
   const auto solve = [&](long stamp, long pattern) {
-    SolveAsk a = ask(k.key, stamp);
+    SolveTask a = ask(k.key, stamp);
     a.pattern  = pattern;
     ASSERT_EQ(solve_system(s, k.A, a, b, x), STATUS_OK);
     EXPECT_LT(residual(k.A, b, x), 1e-9);
@@ -251,7 +251,7 @@ TEST(Krylov, ExactInMotionWithoutFactors)
       const RealVec b = right_hand_side(k.A);
       RealVec x;
       Solver s   = open(SOLVER_AUTO, PRECOND_AUTO);
-      SolveAsk a = ask(k.key, 1);
+      SolveTask a = ask(k.key, 1);
       a.eta     = 1e-3;
       a.exact   = true;
       a.inertia = moves;
@@ -274,7 +274,7 @@ TEST(Krylov, IndefiniteInMotionIsFactorisedOnce)
   for (int n = 1; n <= 12; ++n) {
     const bool indefinite = n == 4;
     const Springs& k = indefinite ? bad : good;
-    SolveAsk a = ask(k.key, n);
+    SolveTask a = ask(k.key, n);
     a.eta     = 1e-8;
     a.inertia = true;
     ASSERT_EQ(solve_system(s, k.A, a, b, x), STATUS_OK);
@@ -448,7 +448,7 @@ TEST(Krylov, MultigridSeesSmoothModes)
   if (!solve_open(s, {SOLVER_AMG, PRECOND_AUTO, true})) GTEST_SKIP() << "built without PETSc";
   const Plate p   = plate(120, 8, 1.0);
   const RealVec b = right_hand_side(p.A);
-  SolveAsk a = ask(p.key, 1);
+  SolveTask a = ask(p.key, 1);
   a.place    = [&p] { return p.place; };
   RealVec x;
   ASSERT_EQ(solve_system(s, p.A, a, b, x), STATUS_OK);

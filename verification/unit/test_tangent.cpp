@@ -410,7 +410,7 @@ TEST(Tangent, SystemWithGhosts)
     RealVec x(s.rows.neq(), 0.0), jump;
     for (int v = 0; v < sc.p.d.grid.nnode; ++v) {
       double at[3];
-      grid_node_place(sc.m.grid, sc.m.dim, sc.p.d.grid.key[v], at);
+      grid_node_position(sc.m.grid, sc.m.dim, sc.p.d.grid.key[v], at);
       for (int i = 0; i < sc.m.dim; ++i)
         x[(s.rows.nfe + v) * sc.m.dim + i] = 0.3 + 0.1 * at[i] - 0.7 * at[0] + 0.2 * at[1];
     }
