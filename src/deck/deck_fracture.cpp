@@ -107,7 +107,7 @@ double tension_of(const Material& a)
   return cone_part(a) * most / (1.0 + a.friction / 3.0);
 }
 
-// COHESIVE: elastic material, or *DRUCKER PRAGER; elements of full integration, which can follow softening
+// COHESIVE: elastic material, or *DRUCKER PRAGER; elements in which the softening can be followed
 void check_cohesive(Deck& d, const Model& m)
 {
   for (const FractureDef& f : m.fracture) {
@@ -135,9 +135,8 @@ void check_cohesive(Deck& d, const Model& m)
           break;
         }
         if (f.residual != SPLIT_CRACK) {
-          fault("a crack in " + mat.name +
-                    ", which flows by *DRUCKER PRAGER, keeps the law of this material; "
-                "leave out RESIDUAL");
+          fault("a crack in " + mat.name + ", which flows by *DRUCKER PRAGER, keeps the law of this "
+                "material; leave out RESIDUAL");
           break;
         }
       }

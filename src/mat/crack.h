@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// crack.h : traction over opening of cohesive cracks, doc/theory.md (2.33). Private to the files of mat/
+// crack.h : traction over opening of cracks with cohesion (doc/theory.md (2.33)). Private to mat/
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MAT_CRACK_H
 #define MPFE_MAT_CRACK_H

@@ -1,8 +1,8 @@
 // ---------------------------------------------------------------------------
 // law_cohesive_flow.cpp : a crack that opens against a cohesion in material that flows  (doc/theory.md 2.6)
 //
-// law_cohesive.cpp with the cone of law_drucker_prager.cpp as the law beside the crack. All of it is
-// in the principal elastic strains e of the trial, one of which the opening w reduces:
+// law_cohesive.cpp with the cone of law_drucker_prager.cpp as the law of what is beside the crack. All of it
+// is in the principal elastic strains e of the trial, one of which the opening w reduces:
 //
 //   tau = cone(e - w/b N),  tau_N = f(k)/k w                                                         (2.41)
 //
@@ -117,10 +117,10 @@ Vec3 normal_of(const HenckyTrial& t, int axis) { return (t.L * t.n.col(axis)).no
 // stored energy it is; what that changes is dissipated
 void follow(const Closed& c, const HenckyTrial& t, const Opened& o, double* h, LawOutput& out)
 {
-  Closed next{c.law, o.beside.e, o.beside.equivalent, c.axis,
-              crack_width(c.law.crack, normal_of(t, c.axis).data())};
+  const double width = crack_width(c.law.crack, normal_of(t, c.axis).data());
+  Closed next{c.law, o.beside.e, o.beside.equivalent, c.axis, width};
   next.e(c.axis) += o.w / c.width;
-  const Opened then    = open(next, o.k);
+  const Opened then = open(next, o.k);
   h[CRACK_WIDTH] = next.width;
   out.dissipated += out.psi - then.stored() - then.beside.dissipated;
   out.psi = then.stored();

@@ -149,7 +149,7 @@ struct Material {
   Place place;
 };
 
-// cone_part : *DRUCKER PRAGER: cohesion of the cone over the stress of the test that its table is of   (2.39)
+// cone_part : *DRUCKER PRAGER: cohesion of the cone over the stress of the test of its table     (2.39)
 double cone_part(const Material& m);
 
 struct Section {               // *SOLID SECTION

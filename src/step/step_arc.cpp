@@ -154,12 +154,13 @@ double prescribed_part(const Problem& p, const Attempt& a, const RealVec& x)
   return a.arc.last ? set_correction(p, a.step, x) : extensions(p, a.arc, x);
 }
 
-// does the first correction bring the set to its displacement at the end, or beyond? it ends there then
+// would the first correction bring the set to its displacement, or beyond? the increment ends there
 bool ends_at_set(const Problem& p, Attempt& a, double advance, const RealVec& unit)
 {
   const Step& s = a.step;
   if (s.arc.nset < 0) return false;
-  const double left = s.arc.end - set_displacement(p, s, p.st.n), by = advance * set_correction(p, s, unit);
+  const double left = s.arc.end - set_displacement(p, s, p.st.n);
+  const double by   = advance * set_correction(p, s, unit);
   if (by * s.arc.end <= 0.0 || std::fabs(by) < std::fabs(left)) return false;
   a.arc.length = left;
   return true;
