@@ -40,9 +40,16 @@ UNIT_SRC := $(wildcard verification/unit/*.cpp)
 OBJ      := $(SRC:%.cpp=$(BUILD)/%.o)
 MAIN_OBJ := $(BUILD)/src/main.o
 UNIT_OBJ := $(UNIT_SRC:%.cpp=$(BUILD)/%.o)
-# a folder of src as one file, where a machine file wants it so: ROOMS=yes
+# A folder of src as one file takes a third less time from nothing, and is the way of a first build. Who works on the source
+# says ROOMS=no once: where there are objects of single files they are kept. base stays file by file (cpu_check).
+ROOMS ?= $(if $(wildcard $(BUILD)/src/model/*.o),no,yes)
 ifeq ($(ROOMS),yes)
-OBJ      := $(patsubst src/%/,$(BUILD)/rooms/%.o,$(sort $(dir $(SRC))))
+# those that take longest begin first
+FOLDER   := $(filter-out base,$(patsubst src/%/,%,$(sort $(dir $(SRC)))))
+LONG     := elem step solve frac point out deck
+ROOM     := $(foreach f,$(LONG),$(filter $(f),$(FOLDER))) $(filter-out $(LONG),$(FOLDER))
+ROOM_OBJ := $(ROOM:%=$(BUILD)/rooms/%.o)
+OBJ      := $(ROOM_OBJ) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/base/*.cpp))
 endif
 
 # GCC 12 takes the undefined vectors of its own AVX-512 headers for mistakes of Eigen (GCC bug 105593)
@@ -92,11 +99,11 @@ $(BUILD)/%.o: %.cpp $(BUILD)/compile.txt
 	$(Q)$(COMPILE) $(COMMON) -c $< -o $@
 
 ifeq ($(ROOMS),yes)
-$(OBJ): %.o: %.cpp $(BUILD)/compile.txt
+$(ROOM_OBJ): %.o: %.cpp $(BUILD)/compile.txt
 	$(call say,CXX,$<)
 	$(Q)$(COMPILE) -c $< -o $@
 
-$(OBJ:.o=.cpp): $(BUILD)/rooms/%.cpp: FORCE
+$(ROOM_OBJ:.o=.cpp): $(BUILD)/rooms/%.cpp: FORCE
 	@mkdir -p $(@D)
 	@printf '#include "../../../%s"\n' $(filter src/$*/%,$(SRC)) > $@.now
 	@cmp -s $@.now $@ && rm $@.now || mv $@.now $@
@@ -169,6 +176,7 @@ help:
 	@echo 'make bench      benchmarks into doc/benchmarks.md; ITEMS="name ..." picks some'
 	@echo 'make unit       build the unit tests, $(UNIT)'
 	@echo 'make install    the program, mpfe-plot, pages and decks to PREFIX (now: $(PREFIX)); make uninstall'
+	@echo 'ROOMS=no        compile file by file (a first build: a folder at a time)'
 	@echo 'make clean      remove build/ and bin/'
 	@echo 'V=1             show the whole commands of the compiler'
 	@echo 'MARCH=name      processor to build for, instead of that of the machine file (now: $(MARCH))'

@@ -111,7 +111,7 @@ bool failed(int errors) { return comm_allreduce_max(errors) > 0; }
 // the file of --restart, or JOB.rst when the deck asks for it; empty: the run begins
 std::string restart_path(const Model& m, const Options& o)
 {
-  if (!o.restart.empty() || !m.restart.read) return o.restart;
+  if (!o.restart.empty() || !m.output.restart.read) return o.restart;
   return m.out_dir + "/" + m.job + ".rst";
 }
 
@@ -161,7 +161,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, s
   log_repeat(true);
   if (comm_rank() == 0)
     good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash &&
-           m.history.size() == old.history.size();
+           m.output.history.size() == old.output.history.size();
   log_repeat(false);
   good = comm_bcast(static_cast<int>(good)) && out_hold(old, run->state, run->problem.d.grid, state);
   if (!good) {
@@ -224,7 +224,9 @@ int run(const Options& o)
   if (!out.from.empty() && !out_restart_load(model, out.from, state)) return EXIT_DECK;
   if (o.check) return check_only(problem);
   out_listing_open(model, out, state.reading);
-  if (!model.passed.empty()) log_note("NOTE  cards that change nothing here: %s", model.passed.c_str());
+  const DeckNotes& notes = model.notes;
+  if (!notes.passed.empty()) log_note("NOTE  cards that change nothing here: %s", notes.passed.c_str());
+  for (const std::string& t : notes.tied) log_note("%s", t.c_str());
   if (!taken.empty()) log_warn("%s", taken.c_str());
   const int wrong = step_open(problem);
   log_gather();

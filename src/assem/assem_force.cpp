@@ -218,6 +218,7 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
   };
   for (int slot : b.live) {
     const int e = b.elem[slot];
+    if (!el.rigid.empty() && el.rigid[e]) continue;
     if (pack && elem_whole(el, b, st.n, e)) {
       if (w.add(slot)) flush();
       continue;

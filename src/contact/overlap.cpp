@@ -56,7 +56,7 @@ std::vector<int> parts_of(const Model& m, const Relations& r, const ContactSide&
   return out;
 }
 
-// sections whose elements share a node
+// sections whose elements share a node, or are tied (*TIE)
 void join_meshes(const Model& m, Relations& r)
 {
   std::vector<int> first(m.mesh.nnode(), -1);
@@ -68,6 +68,11 @@ void join_meshes(const Model& m, Relations& r)
       r.join(known, part);
     }
   }
+  for (const Equation& e : m.equation)
+    for (const EquationTerm& t : e.term) {
+      const int a = first[e.term[0].node], b = first[t.node];
+      if (e.of == EQUATION_TIE && a >= 0 && b >= 0) r.join(a, b);
+    }
 }
 
 // points interact with the same parts as the elements that they replace

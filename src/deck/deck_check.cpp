@@ -333,6 +333,20 @@ void check_ortho(Deck& d, const Model& m, const Material& a)
               "directions is that of z");
 }
 
+// do all elements of this material that may break open against a cohesion?
+bool breaks_by_cohesion(const Model& m, const Material& a)
+{
+  for (const FractureDef& f : m.fracture) {
+    if (f.criterion == CRITERION_COHESIVE || f.elset < 0) continue;
+    for (int e : m.elset[f.elset].item) {
+      const int section = m.mesh.elem_section[e];
+      if (section >= 0 && m.section[section].material >= 0 && &m.material[m.section[section].material] == &a)
+        return false;
+    }
+  }
+  return true;
+}
+
 void check_materials(Deck& d, const Model& m)
 {
   bool dynamic = false;
@@ -364,11 +378,12 @@ void check_materials(Deck& d, const Model& m)
             "material " + a.name + " is hyperelastic and can break: the criterion of *EIGENFRACTURE and "
             "broken material take the elastic constants of small strains, which is right for strains of a "
             "few per cent");
-    if (law_flows(a.law) && a.breaks)
+    if (law_flows(a.law) && a.breaks && !(a.law == LAW_DRUCKER_PRAGER && breaks_by_cohesion(m, a)))
       fault(d, plastic_word(a), a.place, a.name,
             "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic "
             "flow takes at a crack tip is not in the criterion; remove *" + plastic_word(a) +
-                ", or these elements from the set");
+                ", or these elements from the set" +
+                (a.law == LAW_DRUCKER_PRAGER ? ", or take CRITERION=COHESIVE" : ""));
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.place, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
@@ -466,10 +481,10 @@ void check_initial(Deck& d, const Model& m)
 
 void check_fragments(Deck& d, const Model& m)
 {
-  if (!m.fragments.on) return;
+  if (!m.output.fragments.on) return;
   for (const Material& a : m.material)
     if (a.used && a.density == 0.0)
-      fault(d, "FRAGMENTS", m.fragments.place, "FRAGMENTS",
+      fault(d, "FRAGMENTS", m.output.fragments.place, "FRAGMENTS",
             "masses of fragments need the density of material " + a.name +
                 "; write *DENSITY after *MATERIAL");
 }
@@ -477,7 +492,7 @@ void check_fragments(Deck& d, const Model& m)
 // *STATIC, RIKS: loads of one factor, and something whose opening they can follow
 void check_arc(Deck& d, const Model& m, const Step& s)
 {
-  if (!s.arc) return;
+  if (!s.arc.on) return;
   const auto no = [&](const Place& at, const std::string& text) { fault(d, "STATIC", at, "RIKS", text); };
   const auto of_time = [](const Expr& value, int amplitude) { return amplitude >= 0 || !value.is_const(); };
   if (&s != &m.step.back()) no(s.place, "the step with *STATIC, RIKS must be the last one");
@@ -870,7 +885,7 @@ void check_times(Deck& d, const Model& m)
 {
   double end = 0.0;
   for (const Step& s : m.step) end += s.period;
-  for (const Check& c : m.check)
+  for (const Check& c : m.output.check)
     if (!m.step.empty() && c.at == AT_TIME && c.time > end * (1.0 + 1e-9))
       fault(d, "CHECK", c.place, "",
             "TIME = " + text_number(c.time) + " is never reached; the run ends at " + text_number(end));

@@ -6,10 +6,16 @@
 
 namespace {
 
-void fault(Deck& d, const Place& place, const std::string& text)
+const char* keyword_of(const Equation& e)
 {
-  d.word = "EQUATION";
-  deck_error(d, deck_field(d, place, ""), text);
+  return e.of == EQUATION_TIE ? "TIE" : e.of == EQUATION_TRANSFORM ? "TRANSFORM"
+      : e.of == EQUATION_COUPLING ? "COUPLING" : "EQUATION";
+}
+
+void fault(Deck& d, const Equation& e, const std::string& text)
+{
+  d.word = keyword_of(e);
+  deck_error(d, deck_field(d, e.place, ""), text);
 }
 
 // [nnode] 1: some of its elements stay elements all the run, 2: none of them
@@ -38,7 +44,7 @@ void check_nodes(Deck& d, const Model& m, const std::vector<char>& life)
     for (const EquationTerm& t : e.term) {
       if (life[t.node] != 2) continue;
       fault(
-          d, e.place,
+          d, e,
           text_format("all elements of node %d are or may become material points, which have no nodes "
                       "that an equation could tie; keep an element there out of *CONVERSION, or tie by *BOND",
                       m.mesh.node_label[t.node]));
@@ -56,12 +62,17 @@ void check_prescribed(Deck& d, const Model& m, const Step& s)
       for (int i = b.first; i <= b.last; ++i) {
         const auto k = dependent.find(3 * n + i);
         if (k == dependent.end()) continue;
-        fault(d, m.equation[k->second].place,
-              text_format("direction %d of node %d depends on others by this equation, and is prescribed in ",
+        const Equation& e = m.equation[k->second];
+        fault(d, e,
+              text_format(e.of == EQUATION_COUPLING
+                              ? "direction %d of node %d follows the reference node, and is prescribed in "
+                              : "direction %d of node %d depends on others by this equation, and is "
+                                "prescribed in ",
                           i + 1, m.mesh.node_label[n]) +
-                  b.place.file +
-                  text_format(" line %d; begin the equation with another term, or release the direction",
-                              b.place.line));
+                  b.place.file + text_format(" line %d; ", b.place.line) +
+                  (e.of == EQUATION_COUPLING
+                       ? "prescribe the reference node instead, or couple other directions"
+                       : "begin the equation with another term, or release the direction"));
         return;
       }
 }
@@ -72,6 +83,9 @@ void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>
   std::vector<char> taken(3 * static_cast<std::size_t>(m.mesh.nnode()), 0);
   for (int k : s.equation)
     for (const EquationTerm& t : m.equation[k].term) taken[3 * static_cast<std::size_t>(t.node) + t.dof] = 1;
+  for (const RigidBody& b : m.rigid)
+    for (std::size_t i = 0; i < 3; ++i)
+      taken[3 * static_cast<std::size_t>(b.ref) + i] = taken[3 * static_cast<std::size_t>(b.turn) + i] = 1;
   for (const Load& l : s.load)
     for (int n : l.node) {
       if (life[n] || taken[3 * static_cast<std::size_t>(n) + l.dof]) continue;
@@ -99,9 +113,13 @@ void check_equations(Deck& d, const Model& m)
     std::vector<EquationSolved> solved;
     int bad = -1;
     if (!equations_resolve(m, s.equation, solved, bad))
-      fault(d, m.equation[bad].place,
-            "the first term of this equation depends on itself by way of other equations; "
-            "begin one of them with another term");
+      fault(d, m.equation[bad],
+            m.equation[bad].of == EQUATION_TIE
+                ? "slave nodes depend on themselves by way of other ties or equations; exchange slave and "
+                  "master "
+                  "of one of them"
+                : "the first term of this equation depends on itself by way of other equations; "
+                  "begin one of them with another term");
     check_prescribed(d, m, s);
     check_loads(d, m, s, life);
   }

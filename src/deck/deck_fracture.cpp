@@ -100,7 +100,14 @@ double widest(const FractureDef& f, double young)
   return part[f.softening] * young * f.gc / (f.ft * f.ft);
 }
 
-// COHESIVE: elastic material; elements of full integration, which the softening can be followed in
+// the largest stress that Drucker-Prager material carries in uniaxial tension                    (2.37)
+double tension_of(const Material& a)
+{
+  const double most = *std::max_element(a.yield.begin(), a.yield.end());
+  return cone_part(a) * most / (1.0 + a.friction / 3.0);
+}
+
+// COHESIVE: elastic material, or *DRUCKER PRAGER; elements of full integration, which the softening can be followed in
 void check_cohesive(Deck& d, const Model& m)
 {
   for (const FractureDef& f : m.fracture) {
@@ -115,10 +122,23 @@ void check_cohesive(Deck& d, const Model& m)
         refuse(d, "EIGENFRACTURE", f.place, m.elset[f.elset].name,
                    text_format("element %d: ", m.mesh.elem_label[e]) + text);
       };
-      if (mat.law != LAW_SVK) {
-        fault("CRITERION=COHESIVE goes with *ELASTIC alone; leave out *PLASTIC, *DRUCKER PRAGER and "
+      if (mat.law != LAW_SVK && mat.law != LAW_DRUCKER_PRAGER) {
+        fault("CRITERION=COHESIVE goes with *ELASTIC alone, or with *DRUCKER PRAGER; leave out *PLASTIC and "
               "*HYPERELASTIC of " + mat.name);
         break;
+      }
+      if (mat.law == LAW_DRUCKER_PRAGER && !mat.yield.empty()) {
+        const double flows_at = tension_of(mat);
+        if (f.ft >= flows_at) {
+          fault("in tension " + mat.name + " flows at " + text_number(flows_at) + ", below ft = " +
+                text_number(f.ft) + ", and does not crack; lower ft, or raise *DRUCKER PRAGER HARDENING");
+          break;
+        }
+        if (f.residual != SPLIT_CRACK) {
+          fault("a crack in " + mat.name + ", which flows by *DRUCKER PRAGER, keeps the law of this material; "
+                "leave out RESIDUAL");
+          break;
+        }
       }
       if (type.enhanced) {
         fault(std::string("CRITERION=COHESIVE needs elements without enhanced strains, not ") + type.name);

@@ -17,6 +17,7 @@ void make_twin(Deck& d, Model& m, Frame& f)
   for (int j = 0; j < m.dim; ++j) {
     Equation e;
     e.place = f.place;
+    e.of    = EQUATION_TRANSFORM;
     e.term.push_back({f.node, j, 1.0});
     for (int i = 0; i < m.dim; ++i) e.term.push_back({f.twin, i, -f.axis[3 * i + j]});
     m.equation.push_back(e);

@@ -213,12 +213,14 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   deck_resolve(d, m);
   deck_run_later(d, m, STAGE_END);
   deck_inherit(d, m);
+  if (d.errors == 0) coupling_resolve(d, m);
+  if (d.errors == 0) tie_resolve(d, m);
   warn_unused_defines(d);
   deck_check(d, m);
   hash_parameters(d);
   m.param  = d.param;
   m.hash   = d.hash;
-  m.passed = passed_over(d);
+  m.notes.passed = passed_over(d);
 }
 
 }  // namespace

@@ -107,6 +107,18 @@ void settle_scheme(Deck& d, const Model& m, Step& s)
   if (s.balance == 0.0) s.balance = 0.05;
 }
 
+// A front of an explicit step rings by more than a strength bears: bulk viscosity where there is one, unless
+// the deck says otherwise. Test: C5 (strength/spall.inp)
+void settle_bulk(const Model& m, Step& s)
+{
+  if (s.bulk_linear != NOT_GIVEN) return;
+  const bool strength = std::any_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& f) {
+    return f.criterion == CRITERION_COHESIVE;
+  });
+  s.bulk_linear    = strength ? BULK_LINEAR : 0.0;
+  s.bulk_quadratic = strength ? BULK_QUADRATIC : 0.0;
+}
+
 // The largest increment of dynamics when the deck does not say: where the half-increment residual watches, a
 // hundredth of the step, as in Abaqus. What breaks is asked once an increment, and not by the residual.
 void settle_dt_max(const Model& m, Step& s)
@@ -133,6 +145,7 @@ void deck_resolve(Deck& d, Model& m)
   for (Step& s : m.step) {
     d.word = "DYNAMIC";
     settle_scheme(d, m, s);
+    settle_bulk(m, s);
     settle_dt_max(m, s);
     d.word = "DLOAD";
     for (Load& l : s.load)

@@ -82,6 +82,26 @@ struct Interaction {           // *SURFACE INTERACTION; its pairs copy it into t
   bool has_behavior = false, has_friction = false;
 };
 
+struct TieDef {                // *TIE; equations hold it (deck_tie.cpp)
+  std::string name;
+  int slave = -1, master = -1; // surfaces
+  double tolerance = 0.0;      // largest distance of a slave node; 0: the default of the program    length
+  bool adjust = true;          // slave nodes move to their faces at t = 0
+  Place place;
+};
+
+enum CouplingKind { COUPLING_OPEN, COUPLING_KINEMATIC, COUPLING_DISTRIBUTING, COUPLING_RIGID };
+
+struct CouplingDef {           // *COUPLING, *RIGID BODY; equations hold it (deck_coupling.cpp)
+  std::string name;
+  CouplingKind kind = COUPLING_OPEN;
+  Field ref_at;
+  int ref = -1, turn = -1;     // reference node; node without elements whose displacements are its rotation
+  int surface = -1, elset = -1;
+  bool held[6] = {true, true, true, true, true, true};   // directions that are coupled
+  Place place;
+};
+
 struct Removes {               // OP=NEW in a step
   bool cload = false, dload = false, boundary = false;
 };
@@ -93,6 +113,9 @@ struct Later {
   std::string word;
   std::function<void(Deck&, Model&)> run;
 };
+
+// *BULK VISCOSITY: coefficients as Abaqus/Explicit has them; not given, until deck_resolve
+const double BULK_LINEAR = 0.06, BULK_QUADRATIC = 1.2, NOT_GIVEN = -1.0;
 
 struct Deck {
   std::vector<DeckFile> file;
@@ -143,6 +166,8 @@ struct Deck {
 
   std::map<std::string, std::array<double, 9>> orientation;          // *ORIENTATION: axes 1, 2, 3
   std::unordered_map<int, int> frame_of;           // node -> index into Model::frame
+  std::vector<TieDef> tie;
+  std::vector<CouplingDef> coupling;
   std::vector<Prescribed> base;                    // *BOUNDARY outside steps
   std::vector<Removes> removes;                    // [steps]
 };
@@ -229,6 +254,15 @@ bool column_built_in(const std::string& name, std::string& column);
 int frame_node(Deck& d, Model& m, int node);
 void frame_nodes(Deck& d, Model& m, IntVec& node);
 void frame_resolve(Deck& d, Model& m);
+
+// ---- surfaces that are tied (deck_tie.cpp)
+void tie_resolve(Deck& d, Model& m);
+
+// ---- nodes that follow a reference node (deck_coupling.cpp)
+// coupling_turn : finds the reference node of a coupling; makes the node that holds its rotation
+void coupling_turn(Deck& d, Model& m, CouplingDef& c);
+int coupling_turn_of(Deck& d, Model& m, int node);         // the same of a reference node; -1: it is none
+void coupling_resolve(Deck& d, Model& m);
 
 // ---- loads from step to step (deck_inherit.cpp) ------------------------------
 // deck_load : a load of the open step; deck_inherit : from what each step says to what acts in it

@@ -16,11 +16,13 @@ void kw_contact_pair(Card&, Model&);
 void kw_contact_print(Card&, Model&);
 void kw_contact_property(Card&, Model&);
 void kw_conversion(Card&, Model&);
+void kw_coupling(Card&, Model&);
 void kw_cylinder(Card&, Model&);
 void kw_damping(Card&, Model&);
 void kw_density(Card&, Model&);
 void kw_dload(Card&, Model&);
 void kw_dsload(Card&, Model&);
+void kw_distributing(Card&, Model&);
 void kw_drucker_prager(Card&, Model&);
 void kw_drucker_prager_hardening(Card&, Model&);
 void kw_dynamic(Card&, Model&);
@@ -42,6 +44,7 @@ void kw_history(Card&, Model&);
 void kw_hyperelastic(Card&, Model&);
 void kw_include(Card&, Model&);
 void kw_initial_conditions(Card&, Model&);
+void kw_kinematic(Card&, Model&);
 void kw_material(Card&, Model&);
 void kw_material_points(Card&, Model&);
 void kw_model_change(Card&, Model&);
@@ -54,6 +57,7 @@ void kw_orientation(Card&, Model&);
 void kw_parameter(Card&, Model&);
 void kw_plastic(Card&, Model&);
 void kw_restart(Card&, Model&);
+void kw_rigid_body(Card&, Model&);
 void kw_solid_section(Card&, Model&);
 void kw_solver(Card&, Model&);
 void kw_static(Card&, Model&);
@@ -61,6 +65,7 @@ void kw_step(Card&, Model&);
 void kw_surface(Card&, Model&);
 void kw_surface_behavior(Card&, Model&);
 void kw_surface_interaction(Card&, Model&);
+void kw_tie(Card&, Model&);
 void kw_transform(Card&, Model&);
 void kw_viscous_boundary(Card&, Model&);
 void kw_vtk(Card&, Model&);
@@ -85,8 +90,7 @@ const Keyword keyword_table[] = {
     {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE",
      "expected value, its tolerance and its source"},
     {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "forces on nodes"},
-    {"CONTACT", kw_contact, IN_MODEL,
-     "NAME|INTERACTION|FRICTION|PENALTY|ALPHA|INTERMEDIATE|OVERLAP|ADJUST",
+    {"CONTACT", kw_contact, IN_MODEL, "NAME|INTERACTION|FRICTION|PENALTY|ALPHA|INTERMEDIATE|OVERLAP|ADJUST",
      "general contact: all outer faces, fragments and debris, against all"},
     {"CONTACT EXCLUSIONS", kw_contact_exclusions, IN_MODEL, "",
      "surfaces, element sets and bodies excluded from general contact"},
@@ -104,10 +108,14 @@ const Keyword keyword_table[] = {
     {"CONVERSION", kw_conversion, IN_MODEL,
      "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|RELEASE|INTERFACE|INTERMEDIATE|PENALTY|ALPHA",
      "elements that become material points during the run"},
+    {"COUPLING", kw_coupling, IN_MODEL, "CONSTRAINT NAME!|REF NODE!|SURFACE!",
+     "a surface and a reference node: *KINEMATIC or *DISTRIBUTING follows"},
     {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE",
      "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
     {"DAMPING", kw_damping, IN_MATERIAL, "ALPHA|BETA", "Rayleigh damping of a material in dynamic steps"},
     {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
+    {"DISTRIBUTING", kw_distributing, IN_MODEL, "",
+     "the reference node of *COUPLING follows the mean of the surface"},
     {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP|TIME DELAY",
      "pressure, traction, gravity and volume force on elements and bodies"},
     {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "pressure and traction on surfaces"},
@@ -115,7 +123,7 @@ const Keyword keyword_table[] = {
      "plasticity of soil, rock and concrete: strength that grows with pressure"},
     {"DRUCKER PRAGER HARDENING", kw_drucker_prager_hardening, IN_MATERIAL, "TYPE",
      "yield stress over plastic strain of *DRUCKER PRAGER"},
-    {"DYNAMIC", kw_dynamic, IN_STEP, 
+    {"DYNAMIC", kw_dynamic, IN_STEP,
      "EXPLICIT|DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|HAFTOL|HALFINC SCALE FACTOR|NOHAF|SOLVER|"
      "SCALE FACTOR|DIRECT USER CONTROL|FIXED TIME INCREMENTATION|ELEMENT BY ELEMENT",
      "dynamic step, implicit or explicit"},
@@ -141,11 +149,12 @@ const Keyword keyword_table[] = {
      "prescribed displacements of all grid nodes on a plane"},
     {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},
     {"HISTORY", kw_history, ANYWHERE, "FREQUENCY", "columns of the history file (JOB.his)"},
-    {"HYPERELASTIC", kw_hyperelastic, IN_MATERIAL, "NEO HOOKE",
-     "neo-Hookean material: C10, D1"},
+    {"HYPERELASTIC", kw_hyperelastic, IN_MATERIAL, "NEO HOOKE", "neo-Hookean material: C10, D1"},
     {"INCLUDE", kw_include, ANYWHERE | IN_MATERIAL, "INPUT!", "reads another file at this point"},
     {"INITIAL CONDITIONS", kw_initial_conditions, IN_MODEL, "TYPE!",
      "velocity or displacement at the start of the run"},
+    {"KINEMATIC", kw_kinematic, IN_MODEL, "",
+     "the surface of *COUPLING follows the reference node as a rigid body"},
     {"MATERIAL", kw_material, IN_MODEL, "NAME!", "begins a material"},
     {"MATERIAL POINTS", kw_material_points, IN_MODEL,
      "BODY!|MATERIAL!|FILL|ELSET|POINTS|PLANE|THICKNESS|FIELD|WHERE", "a body of material points"},
@@ -164,6 +173,7 @@ const Keyword keyword_table[] = {
      "yield stress over plastic strain: von Mises plasticity, isotropic hardening"},
     {"RESTART", kw_restart, ANYWHERE, "READ|WRITE|FREQUENCY|TIME INTERVAL|OVERLAY",
      "files from which the run can be continued"},
+    {"RIGID BODY", kw_rigid_body, IN_MODEL, "REF NODE!|ELSET!", "elements that move as one body"},
     {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|ORIENTATION|MASS|OFFSET",
      "material, thickness and mass of elements"},
     {"SOLVER", kw_solver, OUTSIDE, "TYPE|REUSE|PRECONDITIONER", "the linear solver"},
@@ -175,6 +185,8 @@ const Keyword keyword_table[] = {
      "penalty of a surface interaction"},
     {"SURFACE INTERACTION", kw_surface_interaction, IN_MODEL, "NAME!",
      "begins a surface interaction, to which contact pairs refer"},
+    {"TIE", kw_tie, IN_MODEL, "NAME!|POSITION TOLERANCE|ADJUST|TYPE",
+     "ties two surfaces of elements whose faces do not match"},
     {"TRANSFORM", kw_transform, IN_MODEL, "NSET!|TYPE",
      "directions of *BOUNDARY, *CLOAD and *EQUATION at nodes"},
     {"VISCOUS BOUNDARY", kw_viscous_boundary, IN_MODEL, "",

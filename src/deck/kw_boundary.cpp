@@ -6,8 +6,10 @@ namespace {
 
 struct Line {                  // what a data line says
   Field target;
+  Field whole;
   int first = -1, last = -1;
   Expr value;
+  bool all = false;            // ENCASTRE: rotations of a reference node too
 };
 
 bool read_word(Card& card, const Model& model, const Field& f, Line& line)
@@ -20,26 +22,14 @@ bool read_word(Card& card, const Model& model, const Field& f, Line& line)
   line.first = all ? 0 : axis;
   line.last  = all ? model.dim - 1 : axis;
   line.value = expr_number(0.0);
+  line.all   = word == "ENCASTRE";
   return true;
-}
-
-// directions of other programs that have no unknowns here: 3 in the plane, rotations. At 0 they are left out.
-void leave_out_foreign(Card& card, const Model& model, Line& line)
-{
-  if (!card_good(card) || line.last < model.dim) return;
-  const int first = std::max(line.first, model.dim);
-  const char* const why  = first < 3 ? "does not exist in a plane model"
-                                     : "is a rotation, which solid elements do not have";
-  const std::string what = text_format("direction %d %s", first + 1, why);
-  if (!line.value.is_const() || line.value.value != 0.0)
-    return card_error(card, card.whole, what + "; it can only be held at 0");
-  line.last = model.dim - 1;
-  if (line.first > line.last) card_warn(card, card.whole, what + "; the line has no effect");
 }
 
 bool read_line(Card& card, const Model& model, Line& line)
 {
   line.target = card_field(card, "node set or node");
+  line.whole  = card.whole;
   if (card_more(card) && read_word(card, model, card.field[card.next], line)) return card_good(card);
   line.first = line.last = card_int(card, "first direction", 1, 6) - 1;
   if (card_more(card) && card.field[card.next].empty()) ++card.next;
@@ -47,23 +37,63 @@ bool read_line(Card& card, const Model& model, Line& line)
   line.value = card_expr_or(card, "displacement or velocity", 0.0);
   if (card_good(card) && line.last < line.first)
     card_error(card, card.field[2], "the last direction is smaller than the first");
-  leave_out_foreign(card, model, line);
   return card_good(card);
 }
 
-void apply(Deck& d, Model& m, const Line& line, int amplitude, bool velocity)
+// directions of other programs that have no unknowns here: 3 in the plane, rotations. At 0 they are left out.
+// False: the line has no effect
+bool leave_out_foreign(Deck& d, const Model& m, Line& line)
+{
+  if (line.last < m.dim) return true;
+  const int first = std::max(line.first, m.dim);
+  const char* const why  = first < 3 ? "does not exist in a plane model"
+                                     : "is a rotation, which solid elements do not have";
+  const std::string what = text_format("direction %d %s", first + 1, why);
+  if (!line.value.is_const() || line.value.value != 0.0)
+    deck_error(d, line.whole, what + "; it can only be held at 0");
+  line.last = m.dim - 1;
+  if (line.first > line.last) deck_warn(d, line.whole, what + "; the line has no effect");
+  return line.first <= line.last;
+}
+
+void prescribe(Deck& d, Model& m, Prescribed b, int first, int last)
+{
+  for (int i = first; i <= last; ++i) {
+    b.first = b.last = i;
+    (d.in_step ? m.step.back().prescribed : d.base).push_back(b);
+  }
+}
+
+// rotations of reference nodes (*COUPLING, *RIGID BODY) are displacements of nodes of their own; true: all
+// nodes of the line are such nodes, whose rotation it prescribes
+bool prescribe_turns(Deck& d, Model& m, const Line& line, const Prescribed& b)
+{
+  if (d.coupling.empty() || (line.last < 3 && !line.all)) return false;
+  Prescribed turn = b;
+  turn.node.clear();
+  for (int n : b.node) {
+    const int t = coupling_turn_of(d, m, n);
+    if (t >= 0) turn.node.push_back(t);
+  }
+  if (turn.node.empty()) return false;
+  const int first = line.all ? 3 : std::max(3, line.first), last = line.all ? 5 : line.last;
+  if (m.dim == 3) prescribe(d, m, turn, first - 3, last - 3);
+  else if (last == 5) prescribe(d, m, turn, 0, 0);
+  return turn.node.size() == b.node.size();
+}
+
+void apply(Deck& d, Model& m, Line line, int amplitude, bool velocity)
 {
   Prescribed b;
   if (!target_nodes(d, m, line.target, b.node)) return;
-  frame_nodes(d, m, b.node);
   b.value = line.value;
   b.velocity  = velocity;
   b.amplitude = amplitude;
   b.place = deck_place(d, line.target);
-  for (int i = line.first; i <= line.last; ++i) {
-    b.first = b.last = i;
-    (d.in_step ? m.step.back().prescribed : d.base).push_back(b);
-  }
+  if (prescribe_turns(d, m, line, b)) line.last = std::min(line.last, m.dim - 1);
+  else if (!leave_out_foreign(d, m, line)) return;
+  frame_nodes(d, m, b.node);
+  prescribe(d, m, b, line.first, line.last);
 }
 
 }  // namespace

@@ -1,12 +1,13 @@
 #include "deck/card.h"
+#include "deck/deck_state.h"
 
 // *BULK VISCOSITY : [b1, b2], coefficients of the linear and of the quadratic part; later explicit steps keep
 // them
 void kw_bulk_viscosity(Card& card, Model& model)
 {
   Step& s = model.step.back();
-  s.bulk_linear    = card_real_or(card, "linear coefficient b1", 0.06, at_least(0.0));
-  s.bulk_quadratic = card_real_or(card, "quadratic coefficient b2", 1.2, at_least(0.0));
+  s.bulk_linear    = card_real_or(card, "linear coefficient b1", BULK_LINEAR, at_least(0.0));
+  s.bulk_quadratic = card_real_or(card, "quadratic coefficient b2", BULK_QUADRATIC, at_least(0.0));
   card_end(card);
   if (!s.explicit_steps())
     card_error(card, card.head.at, "*BULK VISCOSITY belongs to explicit steps: it stands after *DYNAMIC, "

@@ -45,12 +45,12 @@ void read_field(Card& card, const Model& model, Check c, std::vector<std::pair<C
 void settle(Deck& d, Model& m, Check c, const Field& at)
 {
   if (c.kind == CHECK_FIELD || column_built_in(c.column, c.column)) {
-    m.check.push_back(c);
+    m.output.check.push_back(c);
     return;
   }
   for (const std::string& name : d.column)
     if (name == c.column) {
-      m.check.push_back(c);
+      m.output.check.push_back(c);
       return;
     }
   deck_error(d, at,

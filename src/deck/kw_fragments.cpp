@@ -3,7 +3,7 @@
 // *FRAGMENTS[, FREQUENCY= | TIME INTERVAL=] : table of the connected pieces; at the end of the run always
 void kw_fragments(Card& card, Model& model)
 {
-  FragmentsDef& f = model.fragments;
+  FragmentsDef& f = model.output.fragments;
   f.on        = true;
   f.place     = card_place(card);
   f.frequency = card_param_int(card, "FREQUENCY", 0, 1, 2147483647);

@@ -36,7 +36,7 @@ void settle(Deck& d, Model& m, HistoryDef h, const Field& target)
     h.nset = target_nset(d, m, target);
   }
   if (h.body < 0 && h.elset < 0 && h.nset < 0) return;
-  m.history.push_back(h);
+  m.output.history.push_back(h);
 }
 
 void settle_grid(Deck& d, Model& m, HistoryDef h, const Field& target)
@@ -47,7 +47,7 @@ void settle_grid(Deck& d, Model& m, HistoryDef h, const Field& target)
     return deck_error(d, target,
                       h.what + text_format(" needs the number of a *GRID BOUNDARY line, 1 to %d", n));
   h.grid_bc = number - 1;
-  m.history.push_back(h);
+  m.output.history.push_back(h);
 }
 
 void settle_contact(Deck& d, Model& m, HistoryDef h, const Field& target)
@@ -62,7 +62,7 @@ void settle_contact(Deck& d, Model& m, HistoryDef h, const Field& target)
     return deck_error(d, target,
                       h.what + " needs the name of a *CONTACT PAIR" +
                           text_suggest(text_upper(target.text), names));
-  m.history.push_back(h);
+  m.output.history.push_back(h);
 }
 
 void read_line(Card& card, const Model& model, std::vector<std::string>& names)
@@ -88,7 +88,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
       const int r = card_word(card, "reduction", "MAX|MIN");
       if (r >= 0) h.reduce = r == 0 ? REDUCE_MAX : REDUCE_MIN;
     }
-    if (card_good(card)) card_later(card, STAGE_END, [=](Deck&, Model& m) { m.history.push_back(h); });
+    if (card_good(card)) card_later(card, STAGE_END, [=](Deck&, Model& m) { m.output.history.push_back(h); });
     return;
   }
   const Field target = card_field(card, "target (node set, node, element set, body or AT)");
@@ -104,7 +104,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   }
   if (!card_good(card)) return;
   card_later(card, STAGE_END, [=](Deck& d, Model& m) {
-    if (h.at_point) m.history.push_back(h);
+    if (h.at_point) m.output.history.push_back(h);
     else if (grid) settle_grid(d, m, h, target);
     else if (contact) settle_contact(d, m, h, target);
     else settle(d, m, h, target);
@@ -119,6 +119,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
 void kw_history(Card& card, Model& model)
 {
   Deck& d = *card.deck;
-  model.history_out.frequency = card_param_int(card, "FREQUENCY", model.history_out.frequency, 1, 2147483647);
+  int& frequency = model.output.history_at.frequency;
+  frequency      = card_param_int(card, "FREQUENCY", frequency, 1, 2147483647);
   while (card_line(card)) read_line(card, model, d.column);
 }

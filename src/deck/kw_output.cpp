@@ -4,7 +4,7 @@
 
 void file_read(Card& card, Model& model, const char* words)
 {
-  VtkDef& v = model.vtk;
+  VtkDef& v = model.output.vtk;
   const int frequency = card_param_int(card, "FREQUENCY", 1, 1, 2147483647);
   if (!v.on) v.frequency = frequency;
   else if (v.frequency > 0) v.frequency = std::min(v.frequency, frequency);

@@ -3,7 +3,7 @@
 // *RESTART, WRITE[, FREQUENCY=][, TIME INTERVAL=][, OVERLAY] and *RESTART, READ
 void kw_restart(Card& card, Model& model)
 {
-  RestartDef& r    = model.restart;
+  RestartDef& r    = model.output.restart;
   const bool write = card_flag(card, "WRITE"), read = card_flag(card, "READ");
   if (!write && !read)
     card_error(card, card.head.at, "WRITE or READ must be given: *RESTART, WRITE or *RESTART, READ");

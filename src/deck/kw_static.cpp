@@ -5,13 +5,13 @@
 void kw_static(Card& card, Model& model)
 {
   Step& s = model.step.back();
-  s.arc   = card_flag(card, "RIKS");
+  s.arc.on   = card_flag(card, "RIKS");
   procedure_read(card, model, PROC_STATIC);
-  if (!s.arc) return;
+  if (!s.arc.on) return;
   if (s.direct) card_error(card, card.head.at, "RIKS chooses its increments: leave out DIRECT");
   if (!card_more(card)) return;
   const Field set = card_field(card, "a node set");
-  s.arc_direction = card_dof(card, model, "direction");
-  s.arc_end       = card_real(card, "displacement", any_number());
-  if (card_good(card)) s.arc_nset = target_nset(*card.deck, model, set);
+  s.arc.direction = card_dof(card, model, "direction");
+  s.arc.end       = card_real(card, "displacement", any_number());
+  if (card_good(card)) s.arc.nset = target_nset(*card.deck, model, set);
 }

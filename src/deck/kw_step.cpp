@@ -28,6 +28,7 @@ void kw_step(Card& card, Model& model)
     s.bulk_quadratic = model.step.back().bulk_quadratic;
     s.equation       = model.step.back().equation;
   } else {
+    s.bulk_linear = NOT_GIVEN;
     for (std::size_t k = 0; k < model.equation.size(); ++k) s.equation.push_back(static_cast<int>(k));
   }
   model.step.push_back(s);

@@ -3,7 +3,7 @@
 // *VTK[, FREQUENCY=][, TIME INTERVAL=][, FORMAT=LEGACY|VTU|BINARY|ASCII] : without both every increment
 void kw_vtk(Card& card, Model& model)
 {
-  VtkDef& v = model.vtk;
+  VtkDef& v = model.output.vtk;
   v.on = true;
   const int format = card_param_word(card, "FORMAT", "LEGACY|VTU|BINARY|ASCII", 0);
   v.xml       = format == 1;

@@ -27,6 +27,9 @@ struct Ties {
   RealVec coef;                // [master.item]
   RealVec gap;                 // [ntie] residual of the equation at t(n), from round-off
   bool any = false;            // on any rank
+  // [Model::rigid] first ties of bodies that turn by finite angles; they come after all others
+  IntVec rigid;
+  IntVec list, row;            // equations of the step and rows of nodes that they were made for
 };
 
 // A support transferred to a corner: its share in a prescribed dof of the grid
@@ -258,7 +261,21 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
 
 // ---- equations between dofs (dof_tie.cpp), doc/theory.md (5.6) - (5.8)
 // dof_tie : DofConstraints::tie of the step; true: it has changed
-bool dof_tie(const Model& m, const Step& step, Dofs& s);
+//   in   u   displacements at t(n)   [nnode*dim]
+bool dof_tie(const Model& m, const Step& step, const RealVec& u, Dofs& s);
+
+// ---- rigid bodies that turn by finite angles (dof_rigid.cpp), doc/theory.md (6.41)
+// u [nnode*dim], all others [neq]
+// rigid_ties : ties of their nodes, after all others
+// rigid_arms : coefficients of these, as the nodes lie in u
+// rigid_leap : increments of the nodes from those of the reference nodes, du
+// rigid_centripetal : adds w x (w x r) to acc, with the w of v
+// rigid_start : v [nnode*dim] becomes that of bodies
+void rigid_ties(const Model& m, const Step& step, const DofRows& rows, Ties& t);
+void rigid_arms(const Model& m, const RealVec& u, Ties& t);
+void rigid_leap(const Model& m, const RealVec& u, const Dofs& s, RealVec& du);
+void rigid_centripetal(const Model& m, const RealVec& u, const Dofs& s, const RealVec& v, RealVec& acc);
+void rigid_start(const Model& m, const RealVec& u, RealVec& v);
 
 // tie_extend : adds to each list with a dependent dof the rows of its masters
 void tie_extend(const Dofs& s, ListTable& lists);

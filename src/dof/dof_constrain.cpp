@@ -293,7 +293,7 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
                       double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
   const Span t{t_step0, t_step1, st.n.time, step.proc == PROC_DYNAMIC};
-  s.bound.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty();
+  s.bound.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty() && !m.part.tied;
   release_all(s);
   s.bound.corner_support.clear();
   std::vector<SupportedCorner> corners;

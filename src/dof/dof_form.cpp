@@ -354,7 +354,7 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
             !same(s.pattern.ghost_rows, d.grid.ghost) || !same(s.pattern.group_rows, s.rows.group);
     s.pattern.lists_of = d.grid.made;
   }
-  fresh = dof_tie(m, step, s) || fresh;
+  fresh = dof_tie(m, step, st.n.u, s) || fresh;
   fresh = dof_divide(m, st.points, d.grid, st.division, s) || fresh;
   if (bonds) s.pattern.bond_rows = s.rows.bond;
   if (!fresh) return false;

@@ -70,30 +70,45 @@ ListTable blocks_below(const Dofs& s)
   return below;
 }
 
-}  // namespace
-
-bool dof_tie(const Model& m, const Step& step, Dofs& s)
+Ties make_ties(const Model& m, const Step& step, const DofRows& rows)
 {
-  if (m.equation.empty() && !m.part.tied) return false;
   std::vector<EquationSolved> solved;
   int bad = -1;
   MPFE_CHECK(equations_resolve(m, step.equation, solved, bad), "an equation depends on itself");
   Ties t;
   for (const EquationSolved& e : solved) {
-    t.dof.push_back(s.rows.row_of_node[e.node] * s.rows.dim + e.dof);
+    t.dof.push_back(rows.row_of_node[e.node] * rows.dim + e.dof);
     for (const EquationMaster& a : e.master) {
-      t.master.item.push_back(s.rows.row_of_node[a.node] * s.rows.dim + a.dof);
+      t.master.item.push_back(rows.row_of_node[a.node] * rows.dim + a.dof);
       t.coef.push_back(a.coef);
     }
     t.master.off.push_back(static_cast<int>(t.master.item.size()));
   }
+  rigid_ties(m, step, rows, t);
   t.gap.assign(t.dof.size(), 0.0);
-  t.any = !t.dof.empty();
-  if (m.part.tied) t.any = comm_allreduce_max(static_cast<int>(t.any)) > 0;
-  const Ties& old = s.bound.tie;
-  const bool same = t.dof == old.dof && t.coef == old.coef && t.master.off == old.master.off &&
-                    t.master.item == old.master.item;
-  s.bound.tie = t;
+  t.list = step.equation;
+  t.row  = rows.row_of_node;
+  return t;
+}
+
+}  // namespace
+
+bool dof_tie(const Model& m, const Step& step, const RealVec& u, Dofs& s)
+{
+  if (m.equation.empty() && !m.part.tied) return false;
+  Ties& old = s.bound.tie;
+  const bool known = old.list == step.equation && old.row == s.rows.row_of_node &&
+      old.rigid.empty() == (m.rigid.empty() || !step.explicit_steps() || !step.nlgeom);
+  bool same = known;
+  if (!known) {
+    Ties t = make_ties(m, step, s.rows);
+    same = t.dof == old.dof && t.coef == old.coef && t.master.off == old.master.off &&
+        t.master.item == old.master.item;
+    old = std::move(t);
+  }
+  rigid_arms(m, u, old);
+  old.any = !old.dof.empty();
+  if (m.part.tied) old.any = comm_allreduce_max(static_cast<int>(old.any)) > 0;
   return !same;
 }
 

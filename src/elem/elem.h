@@ -31,12 +31,14 @@ struct ElemBlock {
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
   RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
   RealVec me;                  // [kind][pairs] mass, node pairs a >= b
-  RealVec place;               // LAW_COHESIVE: [kind][nen][dim] nodes, from the first one           length
+  RealVec place;               // opens: [kind][nen][dim] nodes, from the first one           length
   RealVec scatter;             // the same: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
-  // cracks open against a cohesion; until then its elements are those of the short form
-  bool opens() const { return law.kind == LAW_COHESIVE; }
+  // cracks open against a cohesion
+  bool opens() const { return law.kind == LAW_COHESIVE || law.kind == LAW_COHESIVE_FLOW; }
+  // whole elements are those of the short form
+  bool short_form() const { return !general || law.kind == LAW_COHESIVE; }
   // place of the first Gauss point
   size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }
 };
@@ -50,6 +52,7 @@ struct Elements {
   int history = 0;             // numbers that an integration point keeps
   // [Mesh::nelem] divided model: 1: another rank works on it, it is here to be looked at; empty: none
   std::vector<char> outer;
+  std::vector<char> rigid;     // [Mesh::nelem] 1: in a body that turns as one, without stress; empty: none
   const Fracture* frac = nullptr;   // what is broken; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
 };
@@ -64,6 +67,9 @@ void elem_scatter(const Model& m, const RealVec& gc, Elements& el);
 
 // elem_refresh : lists of the elements that still are elements, after form has changed
 void elem_refresh(Elements& el);
+
+// elem_rigid : Elements::rigid of a step, for the bodies that turn by finite angles in it (6.41)
+void elem_rigid(const Model& m, const Step& step, Elements& el);
 
 // elem_volume, elem_size : volume at t = 0 of the element at place slot of its block; edge of the square or
 // cube that it is a part of

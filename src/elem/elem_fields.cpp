@@ -110,7 +110,7 @@ using PackEnergy = void (*)(const Mesh& mesh, const ElemBlock& b, const int* slo
 
 PackEnergy pack_energy_of(const ElemBlock& b)
 {
-  if (elem_table[b.type].enhanced || (b.general && !b.opens())) return nullptr;
+  if (elem_table[b.type].enhanced || !b.short_form()) return nullptr;
   return by_shape(b.shape, [](auto z) -> PackEnergy { return pack_energy<z.D, z.N, z.NGP>; });
 }
 
@@ -220,7 +220,7 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
     const double* h  = history_at(l.he, el.history, el.gauss_of[e] + g);
     general_strains(m, b, law.bar, slot, l.u, nlgeom, strain, scale);
     ip_general_from(law, nlgeom, strain + 6 * g, scale[g], h, out);
-    if (b.opens() && law.kind != LAW_GRANULAR) out.opening = crack_opening(h);
+    if (b.opens() && law.kind != LAW_GRANULAR) out.opening = crack_opening(b.law, h);
     return;
   }
   if (!elem_table[b.type].enhanced) {
@@ -256,11 +256,15 @@ void elem_dissipated(const Elements& el, const Level& l, double& plastic, double
 {
   if (el.history == 0) return;
   for (const ElemBlock& b : el.block) {
-    double& sum = b.opens() ? cohesive : plastic;
+    const int flow = law_field(law_of(b.law), HISTORY_FLOW_WORK);
+    double& sum    = b.opens() ? cohesive : plastic;
     for (int s : b.live) {
       const double* h = history_at(l.he, el.history, el.gauss_of[b.elem[s]]);
-      for (int g = 0; g < shape_info[b.shape].ngp; ++g)
-        sum += b.w[b.gauss(s) + g] * h[g * el.history + HISTORY_DISSIPATED];
+      for (int g = 0; g < shape_info[b.shape].ngp; ++g, h += el.history) {
+        const double flowed = flow >= 0 ? h[flow] : 0.0;
+        sum += b.w[b.gauss(s) + g] * (h[HISTORY_DISSIPATED] - flowed);
+        plastic += b.w[b.gauss(s) + g] * flowed;
+      }
     }
   }
 }

@@ -111,6 +111,6 @@ ElemForm elem_form(const ElemBlock& b)
 
 ElemFormPack elem_form_pack(const ElemBlock& b)
 {
-  if (elem_table[b.type].enhanced || (b.general && !b.opens())) return nullptr;
+  if (elem_table[b.type].enhanced || !b.short_form()) return nullptr;
   return by_shape(b.shape, [](auto z) -> ElemFormPack { return form_pack<z.D, z.N, z.NGP>; });
 }

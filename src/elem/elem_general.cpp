@@ -39,8 +39,9 @@ void elem_history(const Elements& el, const Level& l0, Level& l1, int e, History
 
 bool elem_cracked(const Elements& el, const Level& l, int e)
 {
+  const MatLaw& law = el.block[el.initial_block[e]].law;
   for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1]; ++k)
-    if (crack_opening(history_at(l.he, el.history, k)) > 0.0) return true;
+    if (crack_opening(law, history_at(l.he, el.history, k)) > 0.0) return true;
   return false;
 }
 

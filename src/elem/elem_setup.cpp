@@ -44,7 +44,7 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<BlockKey, int>& know
     b.shape     = elem_table[type].shape;
     b.law       = mat_law(mat, elem_table[type].plane);
     if (cohesive >= 0) {
-      b.law.kind  = LAW_COHESIVE;
+      b.law.kind  = law_flows(mat.law) ? LAW_COHESIVE_FLOW : LAW_COHESIVE;
       b.law.c     = m.fracture[cohesive].stiffness;
       b.law.crack = crack_of(m.fracture[cohesive]);
     }
@@ -173,7 +173,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     if (m.part.on) b.conn.insert(b.conn.end(), node, node + info.nen);
     b.kind.push_back(kind_of(kinds[el.block_of[e]], rel, info.nen * info.dim, fresh));
     if (!fresh) continue;
-    if (b.law.kind == LAW_COHESIVE) b.place.insert(b.place.end(), rel, rel + info.nen * info.dim);
+    if (b.opens()) b.place.insert(b.place.end(), rel, rel + info.nen * info.dim);
     if (add_kind(b, X)) continue;
     *worst = e;
     return BAD_JACOBIAN;
@@ -187,7 +187,7 @@ void elem_scatter(const Model& m, const RealVec& gc, Elements& el)
 {
   const IntVec def = cohesive_elements(m);
   for (ElemBlock& b : el.block)
-    if (b.law.kind == LAW_COHESIVE && m.fracture[def[b.elem[0]]].weibull > 0.0)
+    if (b.opens() && m.fracture[def[b.elem[0]]].weibull > 0.0)
       for (int e : b.elem) b.scatter.push_back(gc[e] / b.law.crack.gc);
 }
 
@@ -210,7 +210,7 @@ MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t s
   const int e = b.elem[slot], def = el.broken(e);
   if (def >= 0) return law_broken(b.law, m.fracture[def], c, &el.frac->normal[3 * static_cast<size_t>(e)]);
   MatLaw law = b.law;
-  if (law.kind != LAW_COHESIVE) return law;
+  if (!b.opens()) return law;
   law.crack.nodes = shape_info[b.shape].nen;
   law.crack.dim   = shape_info[b.shape].dim;
   law.crack.place = &b.place[static_cast<size_t>(b.kind[slot]) * law.crack.nodes * law.crack.dim];
@@ -241,4 +241,23 @@ void elem_refresh(Elements& el)
   }
   for (ElemBlock& b : el.block)
     if (!std::is_sorted(b.live.begin(), b.live.end())) std::sort(b.live.begin(), b.live.end());
+}
+
+void elem_rigid(const Model& m, const Step& step, Elements& el)
+{
+  const bool turns = !m.rigid.empty() && step.explicit_steps() && step.nlgeom;
+  if (turns != el.rigid.empty()) return;             // as before
+  el.rigid.clear();
+  if (!turns) return;
+  IntVec body(m.mesh.nnode(), -1);
+  for (size_t b = 0; b < m.rigid.size(); ++b) {
+    for (int n : m.rigid[b].node) body[n] = static_cast<int>(b);
+    if (body[m.rigid[b].ref] < 0) body[m.rigid[b].ref] = static_cast<int>(b);
+  }
+  el.rigid.assign(m.mesh.nelem(), 0);
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    const int *node = m.mesh.conn.begin(e), first = body[node[0]];
+    el.rigid[e] =
+        first >= 0 && std::all_of(node, node + m.mesh.conn.count(e), [&](int n) { return body[n] == first; });
+  }
 }

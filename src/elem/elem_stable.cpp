@@ -83,6 +83,7 @@ double elem_stable(const Model& m, Elements& el, const Level& l, bool nlgeom, in
       add_mean(b, kind);
     }
     for (int slot : b.live) {
+      if (!el.rigid.empty() && el.rigid[b.elem[slot]]) continue;
       double w2 = b.omega2[b.kind[slot]];
       if (nlgeom && el.broken(b.elem[slot]) < 0) w2 *= stretch_factor(m, b, slot, l.u);
       const double w = std::sqrt(w2), xi = 0.5 * b.law.beta * w;

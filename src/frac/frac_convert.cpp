@@ -67,10 +67,11 @@ Mat3 plastic_metric(const double* a)                   // Cp^-1 of HISTORY_DEFOR
 
 Mat3 matrix(const double* F) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(F); }
 
-// where the history of point p has the plastic deformation, -1: its law has none
+// where the history of point p has the plastic deformation, -1: its law has none. Broken material that flowed
+// goes on with it
 int plastic_part(const Model& m, const Points& pts, int p)
 {
-  if (pts.broken[p] >= 0) return -1;
+  if (pts.broken[p] >= 0 && !law_flows(point_material(m, pts, p).law)) return -1;
   return law_field(law_of(mat_law(point_material(m, pts, p), PLANE_NONE)), HISTORY_DEFORMATION);
 }
 

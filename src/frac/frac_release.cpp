@@ -197,8 +197,7 @@ void copy_corners(const IntVec& left, size_t first, int dim, Level& l)
 void forget_flow(const Model& m, const Points& pts, int p, RealVec& hp)
 {
   const size_t n = hp.size() / static_cast<size_t>(pts.npoint);
-  const MatLaw law = law_broken(MatLaw(), m.fracture[pts.broken[p]], 0.0, MatLaw().N);
-  const int field  = law_field(law_of(law), HISTORY_DEFORMATION);
+  const int field = law_field(law_of(broken_law(m, pts, p)), HISTORY_DEFORMATION);
   if (n > 0 && field >= 0) std::fill_n(&hp[p * n + field], 6, 0.0);
 }
 

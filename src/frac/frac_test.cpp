@@ -435,10 +435,11 @@ void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
 // COHESIVE: where the traction is gone at all Gauss points
 void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
 {
-  const double end = crack_open(crack_of(s.def(e)));
+  const double end  = crack_open(crack_of(s.def(e)));
+  const MatLaw& law = s.el.block[s.el.initial_block[e]].law;
   double least = 1e300;
   for (int g = s.el.gauss_of[e]; g < s.el.gauss_of[e + 1]; ++g)
-    least = std::min(least, crack_opening(history_at(s.l.he, s.el.history, g)) / end);
+    least = std::min(least, crack_opening(law, history_at(s.l.he, s.el.history, g)) / end);
   const double none[3] = {0, 0, 0};
   if (least >= 1.0) out.push_back(candidate(s, e, least, least, none));
 }
@@ -729,9 +730,10 @@ double value_of(Scan s, int e, double part)
 // the mean normal of the Gauss points, each on the side of the first one
 void mean_normal(const Scan& s, int e, double* N)
 {
+  const MatLaw& law = s.el.block[s.el.initial_block[e]].law;
   double sum[3] = {0, 0, 0}, size = 0.0;
   for (int g = s.el.gauss_of[e]; g < s.el.gauss_of[e + 1]; ++g) {
-    const double* n   = crack_normal(history_at(s.l.he, s.el.history, g));
+    const double* n   = crack_normal(law, history_at(s.l.he, s.el.history, g));
     const double side = n[0] * sum[0] + n[1] * sum[1] + n[2] * sum[2] < 0.0 ? -1.0 : 1.0;
     for (int i = 0; i < 3; ++i) sum[i] += side * n[i];
   }

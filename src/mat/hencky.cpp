@@ -69,6 +69,17 @@ bool hencky_trial(const double* E, const double* h_n, HenckyTrial& t)
   return true;
 }
 
+void hencky_small(const double* E, const double* h_n, HenckyTrial& t)
+{
+  t.finite = false;
+  t.L.setIdentity();
+  t.LL = 2.0 * tensor(E);
+  const Eigen::SelfAdjointEigenSolver<Mat3> spectrum(t.LL + tensor(h_n + FLOW_DEFORMATION));
+  t.x = spectrum.eigenvalues();
+  t.e = 0.5 * t.x;
+  t.n = t.M = spectrum.eigenvectors();
+}
+
 void hencky_stress(const HenckyTrial& t, const Vec3& tau, double* S)
 {
   six(t.M * tau.asDiagonal() * t.M.transpose(), S);
@@ -77,29 +88,40 @@ void hencky_stress(const HenckyTrial& t, const Vec3& tau, double* S)
 void hencky_flow(const HenckyTrial& t, const Vec3& e, double* h_np1)
 {
   Vec3 be;                                             // minus I
-  for (int i = 0; i < 3; ++i) be(i) = std::expm1(2.0 * e(i));
+  for (int i = 0; i < 3; ++i) be(i) = t.finite ? std::expm1(2.0 * e(i)) : 2.0 * e(i);
   const Mat3 change = t.n * be.asDiagonal() * t.n.transpose() - t.LL;
   six(back(t.L, back(t.L, change).transpose()), h_np1 + FLOW_DEFORMATION);
 }
 
+Mat3 principal_moduli(const Moduli& c, const Vec3& s)
+{
+  Mat3 of;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      of(a, b) = c.bulk + c.dev * ((a == b) - 1.0 / 3.0) + c.flow * s(a) * s(b) + c.mixed * (s(a) + s(b));
+  return of;
+}
+
 void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Vec3& s, const Moduli& moduli, double* D)
 {
-  const auto of = [&](int a, int b) {
-    return moduli.bulk + moduli.dev * ((a == b) - 1.0 / 3.0) + moduli.flow * s(a) * s(b) +
-           moduli.mixed * (s(a) + s(b));
-  };
+  hencky_tangent(t, tau, principal_moduli(moduli, s), D);
+}
+
+void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Mat3& of, double* D)
+{
+  const double finite = t.finite ? 1.0 : 0.0;
   double W[6][6], c[6][6] = {};                        // W: M_A (x) M_A and M_A (x) M_B + M_B (x) M_A
   for (int a = 0; a < 3; ++a) {
     six(t.M.col(a) * t.M.col(a).transpose(), W[a]);
-    for (int b = 0; b < 3; ++b) c[a][b] = of(a, b) - (a == b ? 2.0 * tau(a) : 0.0);
+    for (int b = 0; b < 3; ++b) c[a][b] = of(a, b) - (a == b ? 2.0 * finite * tau(a) : 0.0);
   }
   for (int k = 0; k < 3; ++k) {
     const int a = k, b = (k + 1) % 3;
-    const double ba = 1.0 + t.x(a), bb = 1.0 + t.x(b), d = t.x(a) - t.x(b);
+    const double ba = 1.0 + finite * t.x(a), bb = 1.0 + finite * t.x(b), d = t.x(a) - t.x(b);
     six(2.0 * t.M.col(a) * t.M.col(b).transpose(), W[3 + k]);
     c[3 + k][3 + k] = std::fabs(d) > EQUAL_STRETCH * (ba + bb)
                           ? (tau(a) * bb - tau(b) * ba) / d
-                          : 0.25 * (of(a, a) + of(b, b) - 2.0 * of(a, b)) - 0.5 * (tau(a) + tau(b));
+                          : 0.25 * (of(a, a) + of(b, b) - 2.0 * of(a, b)) - 0.5 * finite * (tau(a) + tau(b));
   }
   for (int i = 0; i < 36; ++i) D[i] = 0.0;
   for (int a = 0; a < 6; ++a)

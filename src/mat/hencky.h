@@ -16,6 +16,7 @@ struct HenckyTrial {
   Eigen::Matrix3d L, LL;       // factor, L^T L - I
   Eigen::Matrix3d n, M;        // axes n_A of be in columns; L^-T n_A
   Eigen::Vector3d x, e;        // eigenvalues of be - I; logarithmic strains ln(1 + x)/2
+  bool finite = true;          // false: small strains (2.29), x = 2 e, L = I, L^T L - I = 2 E
 };
 
 // history of laws that flow: Cp^-1 - I of the plastic part of the deformation [6], without NLGEOM -2 ep;
@@ -24,6 +25,9 @@ enum { FLOW_DEFORMATION = 0, FLOW_EQUIVALENT = 6 };
 
 // hencky_trial : elastic strains without further flow. false: 2E + I is not positive definite
 bool hencky_trial(const double* E, const double* h_n, HenckyTrial& t);
+
+// hencky_small : the same in principal values without NLGEOM                                     (2.29)
+void hencky_small(const double* E, const double* h_n, HenckyTrial& t);
 
 // hencky_deviator : of its principal stresses; the trace of the elastic strains
 inline Eigen::Vector3d hencky_deviator(const MatLaw& law, const HenckyTrial& t, double& trace)
@@ -42,7 +46,12 @@ void hencky_flow(const HenckyTrial& t, const Eigen::Vector3d& e, double* h_np1);
 //   bulk 1 1 + dev (I - 1 1/3) + flow s s + mixed (s 1 + 1 s)                        (2.27), (2.31)
 struct Moduli { double bulk, dev, flow, mixed = 0.0; };
 
-// hencky_tangent : D of the principal stresses tau; s: principal deviator of the trial        (2.28) [36]
+// derivatives of the principal stresses to the principal strains; s: principal deviator of the trial
+Eigen::Matrix3d principal_moduli(const Moduli& c, const Eigen::Vector3d& s);
+
+// hencky_tangent : D of the principal stresses tau and their derivatives c                   (2.28) [36]
+void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Matrix3d& c, double* D);
+// ... of s, the principal deviator of the trial
 void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Vector3d& s,
                     const Moduli& c, double* D);
 
@@ -56,5 +65,17 @@ SmallTrial small_trial(const MatLaw& law, const double* E, const double* h_n);
 void small_flow(const SmallTrial& t, double w, const double* h_n, double* h_np1);
 
 void small_tangent(const SmallTrial& t, const Moduli& c, double* D);
+
+// ---- the cone of Drucker and Prager in principal strains                          (2.37) - (2.40)
+struct ConeState {
+  Eigen::Vector3d tau, e;      // stress; elastic strain that is left of the trial
+  double psi, dissipated;      // / volume                                                 force/length^2
+  double equivalent;           // plastic strain
+  bool flows;
+  Eigen::Matrix3d c;           // derivative of tau to the trial
+};
+
+// cone_state : the stress at the trial strains e after the equivalent plastic strain a
+ConeState cone_state(const MatLaw& law, const Eigen::Vector3d& e, double a);
 
 #endif

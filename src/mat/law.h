@@ -27,7 +27,9 @@ enum HistoryUse {
   HISTORY_KEPT,                // nothing
   HISTORY_DEFORMATION,         // [6] Cp^-1 - I, without NLGEOM -2 ep: zero when a domain gets a new shape;
                                // the elastic deformation is kept when gradients change (7.14)
-  HISTORY_EQUIVALENT           // output as EPLAST
+  HISTORY_EQUIVALENT,          // output as PEEQ
+  HISTORY_CRACK,               // [3] normal of a crack, whose width and opening follow
+  HISTORY_FLOW_WORK            // the part of HISTORY_DISSIPATED that is flow, where a crack takes the rest
 };
 
 struct HistoryField {
@@ -139,6 +141,8 @@ bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const d
                         bool tangent, LawOutput& out);
 bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                   bool tangent, LawOutput& out);
+bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                       bool tangent, LawOutput& out);
 
 // crack_of : the cohesive law of a fracture definition
 CrackLaw crack_of(const FractureDef& d);
@@ -155,11 +159,12 @@ double crack_open(const CrackLaw& c);
 // crack_share : stress along the axis that opens over what the crack carries at its largest opening so far;
 // 0: nothing is left
 //   in   S   stress [6], of the history h;   out  N  the axis [3]
-double crack_share(const CrackLaw& c, const double* S, const double* h, double* N);
+double crack_share(const MatLaw& law, const double* S, const double* h, double* N);
 
-// crack_opening, crack_normal [3] : of the history of an integration point; normal 0: not cracked
-double crack_opening(const double* h);
-const double* crack_normal(const double* h);
+// crack_opening, crack_normal [3] : of the history of an integration point of this law, which opens against a
+// cohesion; normal 0: not cracked
+double crack_opening(const MatLaw& law, const double* h);
+const double* crack_normal(const MatLaw& law, const double* h);
 
 // yield_stress : (2.26), at the equivalent plastic strain a; slope: its derivative. yield_work : its integral
 double yield_stress(const Material& m, double a, double* slope);

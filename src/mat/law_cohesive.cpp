@@ -15,7 +15,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "mat/law.h"
+#include "mat/crack.h"
 #include "mat/voigt.h"
 
 namespace {
@@ -23,47 +23,14 @@ namespace {
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
-// history: normal at the end of the last increment; width across, 0: not cracked; largest opening
-enum { CRACK_NORMAL = 0, CRACK_WIDTH = 3, CRACK_OPENING = 4 };
 const int MOST_TRIALS = 100;         // for an opening; Newton's method takes 1 to 6
 const double SAME = 1e-14;           // of an opening
-// of the largest opening: what Newton's method leaves. Test: C2 (strength/snap.inp)
-const double AT_LARGEST = 1e-6;
-// of the opening at which nothing is left: from there on the width stays. Test: C1 (strength/band.inp): 0.97
-// of Gc at 0 degrees (0.92 with 0), C3: squares and triangles dissipate 1317 and 1351 Nmm (1206 and 1310)
-const double SETTLES = 0.2;
-
-// f(k), its slope, and the integral of f up to k
-struct Cohesion { double f, slope, work; };
 
 // the straight part of a softening curve from (k0, f0) to (k1, f1); work: up to k0
 Cohesion straight(double k, double k0, double f0, double k1, double f1, double work)
 {
   const double slope = (f1 - f0) / (k1 - k0), f = f0 + slope * (k - k0);
   return {f, slope, work + 0.5 * (f0 + f) * (k - k0)};
-}
-
-Cohesion cohesion(const CrackLaw& c, double k)
-{
-  const double gc = c.gc * c.scatter, ft = crack_strength(c);
-  if (c.softening == SOFTENING_EXPONENTIAL) {
-    const double f = ft * std::exp(-ft / gc * k);
-    return {f, -ft / gc * f, gc - gc / ft * f};
-  }
-  const double end = crack_open(c);
-  if (k >= end) return {0.0, 0.0, gc};
-  if (c.softening == SOFTENING_LINEAR) return straight(k, 0.0, ft, end, 0.0, 0.0);
-  // Petersson: (0.8 Gc/ft, ft/3), (3.6 Gc/ft, 0)
-  const double knee = 0.8 * gc / ft;
-  if (k < knee) return straight(k, 0.0, ft, knee, ft / 3.0, 0.0);
-  return straight(k, knee, ft / 3.0, end, 0.0, knee * ft * 2.0 / 3.0);
-}
-
-// what opening up to k has dissipated, over the area of the crack
-double dissipated_to(const CrackLaw& c, double k)
-{
-  const Cohesion h = cohesion(c, k);
-  return h.work - 0.5 * h.f * k;
 }
 
 // The crack at one strain
@@ -175,6 +142,28 @@ void soften(const MatLaw& law, const Opening& o, const Mat3& E, const Mat3& S, d
 
 }  // namespace
 
+Cohesion cohesion(const CrackLaw& c, double k)
+{
+  const double gc = c.gc * c.scatter, ft = crack_strength(c);
+  if (c.softening == SOFTENING_EXPONENTIAL) {
+    const double f = ft * std::exp(-ft / gc * k);
+    return {f, -ft / gc * f, gc - gc / ft * f};
+  }
+  const double end = crack_open(c);
+  if (k >= end) return {0.0, 0.0, gc};
+  if (c.softening == SOFTENING_LINEAR) return straight(k, 0.0, ft, end, 0.0, 0.0);
+  // Petersson: (0.8 Gc/ft, ft/3), (3.6 Gc/ft, 0)
+  const double knee = 0.8 * gc / ft;
+  if (k < knee) return straight(k, 0.0, ft, knee, ft / 3.0, 0.0);
+  return straight(k, knee, ft / 3.0, end, 0.0, knee * ft * 2.0 / 3.0);
+}
+
+double dissipated_to(const CrackLaw& c, double k)
+{
+  const Cohesion h = cohesion(c, k);
+  return h.work - 0.5 * h.f * k;
+}
+
 CrackLaw crack_of(const FractureDef& d)
 {
   CrackLaw c;
@@ -202,15 +191,19 @@ double crack_open(const CrackLaw& c)
   return openings[c.softening] * c.gc / c.strength;
 }
 
-double crack_opening(const double* h) { return h[HISTORY_OF_LAW + CRACK_OPENING]; }
-const double* crack_normal(const double* h) { return h + HISTORY_OF_LAW + CRACK_NORMAL; }
+const double* crack_normal(const MatLaw& law, const double* h)
+{
+  return h + law_field(law_of(law), HISTORY_CRACK);
+}
 
-double crack_share(const CrackLaw& c, const double* S, const double* h, double* N)
+double crack_opening(const MatLaw& law, const double* h) { return crack_normal(law, h)[CRACK_OPENING]; }
+
+double crack_share(const MatLaw& law, const double* S, const double* h, double* N)
 {
   Opening o;
-  find_axes(c, S, o);
-  const double k = crack_opening(h), carries = cohesion(c, k).f;
-  if (k > 0.0) o.N = Eigen::Map<const Vec3>(crack_normal(h));
+  find_axes(law.crack, S, o);
+  const double k = crack_opening(law, h), carries = cohesion(law.crack, k).f;
+  if (k > 0.0) o.N = Eigen::Map<const Vec3>(crack_normal(law, h));
   std::copy_n(o.N.data(), 3, N);
   return carries > 0.0 ? o.N.dot(full_of(S) * o.N) / carries : 0.0;
 }

@@ -32,16 +32,7 @@ struct ConeReturn {
   bool flows = false, apex = false;
 };
 
-// of the test that the table is of: cohesion over its stress, its plastic strain over the amount of flow
-//                                                                                          (2.39)
-double cohesion_part(const Material& m)
-{
-  const double third = m.friction / 3.0;
-  return m.hardening == HARDENING_SHEAR     ? std::sqrt(3.0)
-         : m.hardening == HARDENING_TENSION ? 1.0 + third
-                                            : 1.0 - third;
-}
-
+// plastic strain of the test that the table is of, over the amount of flow                       (2.39)
 double strain_rate(const Material& m)
 {
   const double third = m.dilation / 3.0;
@@ -51,7 +42,7 @@ double strain_rate(const Material& m)
 // q at p = 0 after the equivalent plastic strain a
 double cohesion(const Material& m, double a, double* slope)
 {
-  const double y = yield_stress(m, a, slope), part = cohesion_part(m);
+  const double y = yield_stress(m, a, slope), part = cone_part(m);
   *slope *= part;
   return part * y;
 }
@@ -121,12 +112,15 @@ void note_flow(const MatLaw& law, const ConeReturn& r, const double* h_n, double
   h_np1[FLOW_EQUIVALENT] = a + rate * r.gamma;
   if (!r.flows) return;
   out.dissipated = r.apex ? -r.end * r.volume
-                          : (yield_work(m, a + rate * r.gamma) - yield_work(m, a)) * cohesion_part(m) / rate +
+                          : (yield_work(m, a + rate * r.gamma) - yield_work(m, a)) * cone_part(m) / rate +
                                 (m.friction - m.dilation) * r.end * r.gamma;
 }
 
 // increment of the plastic strain over the deviator of the trial
 double flow_rate(const ConeReturn& r) { return r.flows && r.q > 0.0 ? 1.5 * r.gamma / r.q : 0.0; }
+
+// the deviator of principal strains, as a stress
+Vec3 deviator(const MatLaw& law, const Vec3& e) { return 2.0 * law.mu * (e.array() - e.sum() / 3.0); }
 
 // without NLGEOM: additive strains
 bool cone_small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
@@ -145,6 +139,25 @@ bool cone_small_strain(const MatLaw& law, const double* E, const double* h_n, do
 }
 
 }  // namespace
+
+ConeState cone_state(const MatLaw& law, const Vec3& e, double a)
+{
+  const double K = bulk_modulus(law);
+  const Vec3 s   = deviator(law, e);
+  const ConeReturn r = cone_return(law, K, -K * e.sum(), std::sqrt(1.5) * s.norm(), a);
+  double h[FLOW_EQUIVALENT + 1] = {}, flowed[FLOW_EQUIVALENT + 1];
+  h[FLOW_EQUIVALENT] = a;
+  LawOutput out;
+  out.dissipated = 0.0;
+  note_flow(law, r, h, flowed, out);
+  return {r.beta * s - Vec3::Constant(r.end),
+          e - flow_rate(r) * s - Vec3::Constant(r.volume / 3.0),
+          0.5 * r.end * r.end / K + 0.25 / law.mu * r.beta * r.beta * s.squaredNorm(),
+          out.dissipated,
+          flowed[FLOW_EQUIVALENT],
+          r.flows,
+          principal_moduli(moduli(law, K, r), s)};
+}
 
 bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                         bool tangent, LawOutput& out)

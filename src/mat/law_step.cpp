@@ -77,8 +77,13 @@ Law table[] = {
     {"J2 plasticity", flow_history, false, law_j2, nullptr},
     {"Drucker-Prager plasticity", flow_history, false, law_drucker_prager, nullptr},
     {"granular", flow_history, false, law_granular, law_granular_step},
-    {"cohesive", {{"crack normal", 3, HISTORY_KEPT}, {"crack width", 1, HISTORY_KEPT},
+    {"cohesive", {{"crack normal", 3, HISTORY_CRACK}, {"crack width", 1, HISTORY_KEPT},
                   {"crack opening", 1, HISTORY_KEPT}}, false, law_cohesive, nullptr},
+    {"cohesive Drucker-Prager", {{"plastic deformation", 6, HISTORY_DEFORMATION},
+                                 {"equivalent plastic strain", 1, HISTORY_EQUIVALENT},
+                                 {"crack normal", 3, HISTORY_CRACK}, {"crack width", 1, HISTORY_KEPT},
+                                 {"crack opening", 1, HISTORY_KEPT}, {"flow work", 1, HISTORY_FLOW_WORK}},
+     false, law_cohesive_flow, nullptr},
     {"energy split", {}, false, law_split, law_split_step, true},
     {"orthotropic", {}, true, law_ortho, nullptr},
     {"other", {}, false, law_svk, nullptr},
@@ -125,7 +130,10 @@ int law_history(const Model& m)
     if (mat.used) n = std::max(n, history_of(law_of(mat_law(mat, PLANE_NONE))));
   for (const FractureDef& f : m.fracture) {
     n = std::max(n, history_of(law_of(law_broken(MatLaw(), f, 0.0, MatLaw().N))));
-    if (f.criterion == CRITERION_COHESIVE) n = std::max(n, history_of(table[LAW_COHESIVE]));
+    if (f.criterion != CRITERION_COHESIVE) continue;
+    n = std::max(n, history_of(table[LAW_COHESIVE]));
+    for (const Material& mat : m.material)
+      if (mat.breaks && law_flows(mat.law)) n = std::max(n, history_of(table[LAW_COHESIVE_FLOW]));
   }
   MPFE_CHECK(n <= MAX_HISTORY, "MAX_HISTORY (mat/law.h) is less than a law keeps");
   return n;

@@ -1,4 +1,4 @@
-#include "mat/mat.h"
+#include "mat/law.h"
 
 namespace {
 
@@ -42,7 +42,16 @@ void mat_full(const MatLaw& law, int dim, double E[6], double S[6])
 
 MatLaw law_broken(const MatLaw& intact, const FractureDef& f, double c, const double* N)
 {
-  MatLaw law   = intact;
+  MatLaw law = intact;
+  if (f.criterion == CRITERION_COHESIVE && intact.material && law_flows(intact.material->law)) {
+    law.kind      = LAW_COHESIVE_FLOW;                 // open: the traction is gone, what presses flows
+    law.crack     = crack_of(f);
+    law.crack.dim = intact.plane == PLANE_NONE ? 3 : 2;
+    law.broken    = true;
+    law.c         = c;
+    law.bar       = false;
+    return law;
+  }
   law.kind     = f.residual == SPLIT_GRANULAR ? LAW_GRANULAR : LAW_SPLIT;
   law.broken   = true;
   law.split    = f.residual;

@@ -182,3 +182,11 @@ bool model_viscous(const Model& m)
   return std::any_of(m.material.begin(), m.material.end(),
                      [](const Material& a) { return a.used && a.beta > 0.0; });
 }
+
+double cone_part(const Material& m)
+{
+  const double third = m.friction / 3.0;
+  return m.hardening == HARDENING_SHEAR     ? std::sqrt(3.0)
+         : m.hardening == HARDENING_TENSION ? 1.0 + third
+                                            : 1.0 - third;
+}

@@ -117,8 +117,8 @@ enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SP
 
 // rows of the table in mat/law_step.cpp
 enum LawKind {
-  LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_DRUCKER_PRAGER, LAW_GRANULAR, LAW_COHESIVE, LAW_SPLIT, LAW_ORTHO,
-  LAW_OTHER, LAW_KINDS
+  LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_DRUCKER_PRAGER, LAW_GRANULAR, LAW_COHESIVE, LAW_COHESIVE_FLOW,
+  LAW_SPLIT, LAW_ORTHO, LAW_OTHER, LAW_KINDS
 };
 
 // law_flows : is it plasticity?
@@ -148,6 +148,9 @@ struct Material {
   bool breaks = false;         // an element of it can break
   Place place;
 };
+
+// cone_part : *DRUCKER PRAGER: cohesion of the cone over the stress of the test that its table is of    (2.39)
+double cone_part(const Material& m);
 
 struct Section {               // *SOLID SECTION
   int elset;
@@ -349,9 +352,13 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
 
 struct EquationTerm { int node, dof; double coef; };
 
+// the keyword that an equation comes from
+enum EquationOf { EQUATION_GIVEN, EQUATION_TRANSFORM, EQUATION_TIE, EQUATION_COUPLING };
+
 struct Equation {              // *EQUATION : sum of coef u = 0; the first dof is the dependent one
   std::vector<EquationTerm> term;
   Place place;
+  EquationOf of = EQUATION_GIVEN;
 };
 
 struct Frame {                 // *TRANSFORM : directions of a node
@@ -360,6 +367,13 @@ struct Frame {                 // *TRANSFORM : directions of a node
   // [equation, equation + dim); -1: no support, load or equation needs them
   int twin = -1, equation = -1;
   std::array<double, 9> axis;  // component j of direction i: [3*i + j]
+  Place place;
+};
+
+struct RigidBody {             // *RIGID BODY
+  // explicit steps with NLGEOM turn its nodes as one (6.41); in other steps equations hold them
+  IntVec node;
+  int ref = -1, turn = -1;     // reference node; node without elements whose displacements are its rotation
   Place place;
 };
 
@@ -432,16 +446,21 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
   bool only = false;           // TOTALS=ONLY: the sum of RF without the forces of the nodes
 };
 
+// *STATIC, RIKS: loads follow the cracks that open                                                  (6.39)
+struct ArcControl {
+  bool on = false;
+  // the step ends when the mean displacement of a set in a direction has reached end (set -1: not given),
+  // when the loads are whole, or have fallen away
+  int nset = -1, direction = 0;
+  double end = 0.0;            // length
+};
+
 struct Step {
   bool nlgeom = false;
   Procedure proc = PROC_STATIC;
   double period = 1.0, dt = 1.0, dt_min = 1e-6, dt_max = 1.0;
   bool direct = false;         // fixed increments
-  // statics: loads follow what opens; the step ends when the mean displacement of a set in a direction has
-  // gone this far (set -1: not asked for), when the loads are whole, or have fallen away            (6.39)
-  bool arc = false;
-  int arc_nset = -1, arc_direction = 0;
-  double arc_end = 0.0;
+  ArcControl arc;
   // dynamics, automatic increments: largest half-increment residual, as a force (0: not given) and as a part
   // of the largest force; both 0: it is not asked for                                             (6.24)
   double half_force = 0.0, half_part = 0.0;
@@ -540,12 +559,26 @@ struct HistoryOutput {         // *HISTORY, FREQUENCY=
   int every_explicit() const { return frequency > 0 ? frequency : 10; }
 };
 
+struct DeckNotes {             // for the listing
+  std::string heading;
+  std::string passed;          // cards that change nothing here
+  std::vector<std::string> tied;         // nodes that *TIE and *COUPLING hold
+};
+
+struct OutputRequests {
+  std::vector<HistoryDef> history;
+  HistoryOutput history_at;
+  VtkDef vtk;
+  FragmentsDef fragments;
+  RestartDef restart;
+  std::vector<Check> check;
+};
+
 struct Model {
   std::string job;             // deck name without folder and ending
   std::string out_dir = ".";
   std::string deck;            // path as given
-  std::string heading;
-  std::string passed;          // cards of the deck that change nothing here, for the listing
+  DeckNotes notes;
   int dim = 2;
   Mesh mesh;
   MeshPart part;
@@ -565,13 +598,9 @@ struct Model {
   std::vector<BrokenDef> broken;
   std::vector<Equation> equation;
   std::vector<Frame> frame;
+  std::vector<RigidBody> rigid;
   std::vector<Step> step;
-  std::vector<HistoryDef> history;
-  HistoryOutput history_out;
-  VtkDef vtk;
-  FragmentsDef fragments;
-  RestartDef restart;
-  std::vector<Check> check;
+  OutputRequests output;
   SolverDef solver;
   ParamMap param;
   std::uint64_t hash = 0;      // of the text of the deck, without what is output alone, and of the parameters

@@ -223,6 +223,19 @@ void take_equations(Model& m)
   }
 }
 
+// rigid bodies that are here, then with all of their nodes: equations hold these together
+void take_rigid(Model& m)
+{
+  const std::vector<RigidBody> rigid = std::move(m.rigid);
+  m.rigid.clear();
+  for (RigidBody b : rigid) {
+    for (int* n : {&b.ref, &b.turn}) *n = m.part.node_here(*n);
+    if (b.ref < 0) continue;
+    for (int& n : b.node) n = m.part.node_here(n);
+    m.rigid.push_back(b);
+  }
+}
+
 Mesh cut_mesh(const Mesh& old, const MeshPart& part, const IntVec& node_index)
 {
   Mesh mesh;
@@ -392,6 +405,7 @@ Model model_cut_piece(ModelCut& c, int r)
   for (std::size_t k = 0; k < m.part.elem.size(); ++k) c.elem_index[m.part.elem[k]] = static_cast<int>(k);
   m.mesh = cut_mesh(c.mesh, m.part, c.node_index);
   take_equations(m);
+  take_rigid(m);
   take_lists(c.work, r, c.node_index, c.elem_index, model_lists_of_work(m));
   take_lists(c.all, r, c.node_index, c.elem_index, model_lists_of_all(m));
   return m;

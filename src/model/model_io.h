@@ -203,8 +203,14 @@ inline void io(Archive& f, EquationTerm& x)
 
 inline void io(Archive& f, Equation& x)
 {
-  auto& [term, place] = x;
-  io_fields<Equation>(f, term, place);
+  auto& [term, place, of] = x;
+  io_fields<Equation>(f, term, place, of);
+}
+
+inline void io(Archive& f, RigidBody& x)
+{
+  auto& [node, ref, turn, place] = x;
+  io_fields<RigidBody>(f, node, ref, turn, place);
 }
 
 inline void io(Archive& f, Frame& x)
@@ -245,16 +251,20 @@ inline void io(Archive& f, PrintRequest& x)
   io_fields<PrintRequest>(f, element, set, what, frequency, totals, global, only);
 }
 
+inline void io(Archive& f, ArcControl& x)
+{
+  auto& [on, nset, direction, end] = x;
+  io_fields<ArcControl>(f, on, nset, direction, end);
+}
+
 inline void io(Archive& f, Step& x)
 {
-  auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, arc_nset, arc_direction, arc_end,
-         half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation, alpha,
-         safety, bulk_linear, bulk_quadratic, balance, extrapolate, ctl, load, prescribed,
-         print, equation, place] = x;
-  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, arc_nset, arc_direction,
-                  arc_end, half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation,
-                  alpha, safety, bulk_linear, bulk_quadratic, balance, extrapolate, ctl, load, prescribed,
-                  print, equation, place);
+  auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme,
+         scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
+         extrapolate, ctl, load, prescribed, print, equation, place] = x;
+  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc,
+                  scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear,
+                  bulk_quadratic, balance, extrapolate, ctl, load, prescribed, print, equation, place);
 }
 
 inline void io(Archive& f, HistoryDef& x)
@@ -300,15 +310,26 @@ inline void io(Archive& f, HistoryOutput& x)
   io_fields<HistoryOutput>(f, frequency);
 }
 
+inline void io(Archive& f, OutputRequests& x)
+{
+  auto& [history, history_at, vtk, fragments, restart, check] = x;
+  io_fields<OutputRequests>(f, history, history_at, vtk, fragments, restart, check);
+}
+
+inline void io(Archive& f, DeckNotes& x)
+{
+  auto& [heading, passed, tied] = x;
+  io_fields<DeckNotes>(f, heading, passed, tied);
+}
+
 inline void io(Archive& f, Model& x)
 {
-  auto& [job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface, material, section,
-         amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation,
-         frame, step, history, history_out, vtk, fragments, restart, check, solver, param, hash] = x;
-  io_fields<Model>(f, job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface,
-                   material, section, amplitude, body, grid, grid_bc, viscous, bond, initial, fracture,
-                   conversion, broken, equation, frame, step, history, history_out, vtk, fragments,
-                   restart, check, solver, param, hash);
+  auto& [job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section, amplitude,
+         body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation, frame, rigid,
+         step, output, solver, param, hash] = x;
+  io_fields<Model>(f, job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section,
+                   amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken,
+                   equation, frame, rigid, step, output, solver, param, hash);
 }
 
 #endif

@@ -100,5 +100,9 @@ void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks,
     f.node = place[f.node];
     if (f.twin >= 0) f.twin = place[f.twin];
   }
+  for (RigidBody& b : m.rigid) {
+    for (int* n : {&b.ref, &b.turn}) *n = place[*n];
+    for (int& n : b.node) n = place[n];
+  }
   m.part.deck = order;
 }

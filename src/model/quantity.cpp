@@ -31,7 +31,7 @@ double load_factor(const ModelNow& now, int)
 {
   if (now.s.log.step < 1) return 0.0;
   const Step& s = now.m.step[now.s.log.step - 1];
-  return (s.arc ? now.s.clock.load : now.s.clock.t) / s.period;
+  return (s.arc.on ? now.s.clock.load : now.s.clock.t) / s.period;
 }
 
 // position of the crack tip in one direction: the last centre, or the first one, of what the criterion has

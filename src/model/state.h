@@ -276,7 +276,7 @@ struct StepClock {             // the step that is under way
 };
 
 // clock_over : is the step at its end?
-inline bool clock_over(const Step& s, const StepClock& c) { return s.arc ? c.ended != 0 : s.over(c.t); }
+inline bool clock_over(const Step& s, const StepClock& c) { return s.arc.on ? c.ended != 0 : s.over(c.t); }
 
 struct GridLaid {              // where corners and bonds were when the active grid was made
   RealVec uc, xb;              // [ncorner*dim], [nbond*dim]; empty: it must be made anew

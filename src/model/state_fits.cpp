@@ -230,7 +230,7 @@ bool clock_fits(const Model& m, const State& s)
   if (s.log.step < 1 || s.log.step > static_cast<int>(m.step.size()) || s.log.inc < 0 || s.log.inc_total < 0)
     return false;
   const double period = m.step[s.log.step - 1].period;
-  const bool arc      = m.step[s.log.step - 1].arc;
+  const bool arc      = m.step[s.log.step - 1].arc.on;
   if (!(std::fabs(c.start) < FAR) || !(c.t >= 0.0 && (arc || c.t <= period * (1.0 + 1e-6))) ||
       !(c.dt > 0.0 && c.dt < FAR))
     return false;

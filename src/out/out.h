@@ -281,6 +281,6 @@ int out_status(const std::string& job, std::FILE* file);
 void out_progress(const Model& m, const State& s, Output& out);
 void out_progress_clear(Output& out);
 std::string out_clock_text(double seconds);
-double out_whole_time(const Model& m);             // of all steps
+double out_whole_time(const Model& m);             // of all steps; 0: a RIKS step ends when it will
 
 #endif

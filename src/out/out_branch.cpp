@@ -113,7 +113,7 @@ void branch_table(const Model& m, const Output& out, const char* ending, long le
 
 void branch_frames(const Model& m, Output& out)
 {
-  if (!m.vtk.on) return;
+  if (!m.output.vtk.on) return;
   const fs::path here = folder_of(out.base), there = folder_of(out.from);
   std::set<std::string> frames;
   for (const VtkSeries& s : out.series)

@@ -200,7 +200,7 @@ void out_check_history(const History& h, const Check& c, bool finished, CheckRes
 
 void out_check_begin(const Model& m, Output& out)
 {
-  for (const Check& c : m.check) {
+  for (const Check& c : m.output.check) {
     CheckResult r;
     r.name      = check_name(c);
     r.source    = c.source;
@@ -212,17 +212,18 @@ void out_check_begin(const Model& m, Output& out)
 
 void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out)
 {
-  for (std::size_t i = 0; i < m.check.size(); ++i)
-    if (out_check_due(m.check[i], out.result[i], s.n.time)) {
-      std::string message;
-      judge(out.result[i], out_check_field(m, el, s, m.check[i], message));
-      if (message.empty() && std::fabs(s.n.time - m.check[i].time) > 1e-6 * std::fabs(m.check[i].time)) {
-        char text[60];
-        std::snprintf(text, sizeof text, "made at time %.9g", s.n.time);
-        message = text;
-      }
-      if (!message.empty()) out.result[i].message = message;
+  for (std::size_t i = 0; i < m.output.check.size(); ++i) {
+    const Check& c = m.output.check[i];
+    if (!out_check_due(c, out.result[i], s.n.time)) continue;
+    std::string message;
+    judge(out.result[i], out_check_field(m, el, s, c, message));
+    if (message.empty() && std::fabs(s.n.time - c.time) > 1e-6 * std::fabs(c.time)) {
+      char text[60];
+      std::snprintf(text, sizeof text, "made at time %.9g", s.n.time);
+      message = text;
     }
+    if (!message.empty()) out.result[i].message = message;
+  }
 }
 
 // ---------------------------------------------------------------------------
@@ -232,8 +233,8 @@ void out_check_increment(const Model& m, const Elements& el, const State& s, Out
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out)
 {
   int failed = 0;
-  for (std::size_t i = 0; i < m.check.size(); ++i) {
-    const Check& c = m.check[i];
+  for (std::size_t i = 0; i < m.output.check.size(); ++i) {
+    const Check& c = m.output.check[i];
     CheckResult& r = out.result[i];
     if (c.kind == CHECK_HISTORY) {
       out_check_history(out.history, c, finished, r);
@@ -250,7 +251,7 @@ int out_check_end(const Model& m, const Elements& el, const State& s, bool finis
   }
   print_table(out.chk, out.result);
   out_file_close(out.chk, out.base + ".chk");
-  if (m.check.empty()) return 0;
+  if (m.output.check.empty()) return 0;
   std::fprintf(out.lst, "\nCHECKS\n");
   print_table(out.lst, out.result);
   if (comm_rank() == 0) print_table(stdout, out.result);

@@ -58,8 +58,8 @@ std::string out_unfinished(const Model& m, const Elements& el, const State& s, c
   apart.base = out.base + ".unfinished";
   out_erosion(m, s, apart);
   if (apart.ero) out_file_close(apart.ero, apart.base + ".ero");
-  if (m.vtk.on) out_vtk(m, el, s, grid, apart);
+  if (m.output.vtk.on) out_vtk(m, el, s, grid, apart);
   return std::to_string(s.eroded.size()) + " elements broke in an increment that had not ended: " +
-         apart.base + ".ero" + (m.vtk.on ? " and frames of this name" : "") +
+         apart.base + ".ero" + (m.output.vtk.on ? " and frames of this name" : "") +
          ", not yet in equilibrium; a run that goes on breaks them again";
 }

@@ -63,7 +63,7 @@ bool due(const FragmentsDef& d, const State& s, Output& out)
 // ---------------------------------------------------------------------------
 void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out)
 {
-  if (!m.fragments.on || !(last || due(m.fragments, s, out))) return;
+  if (!m.output.fragments.on || !(last || due(m.output.fragments, s, out))) return;
   Fragments f;
   frac_fragments(m, el, s, f);
   if (!out.frag) {

@@ -284,7 +284,7 @@ int history_setup(const Model& m, const Elements& el, const State& s, Output& ou
 {
   int errors = 0;
   built_in_names(m.dim, out.history.names);
-  for (const HistoryDef& d : m.history) {
+  for (const HistoryDef& d : m.output.history) {
     Probe probe;
     errors += make_probe(m, el, s, d, probe);
     out.probe.push_back(probe);
@@ -306,7 +306,7 @@ void history_open(Output& out)
 bool history_shown(const Model& m, const History& h, int row)
 {
   const int step = static_cast<int>(h.rows[row][1]);
-  return (step > 0 && m.step[step - 1].explicit_steps()) || row % m.history_out.every() == 0;
+  return (step > 0 && m.step[step - 1].explicit_steps()) || row % m.output.history_at.every() == 0;
 }
 
 void history_write(const Output& out, int row)
@@ -327,7 +327,8 @@ void history_row(const Model& m, const Elements& el, const State& s, Output& out
 {
   RealVec row;
   if (out.converted != s.frac.nconverted) {
-    for (std::size_t i = 0; i < out.probe.size(); ++i) find_targets(m, el, s, m.history[i], out.probe[i]);
+    for (std::size_t i = 0; i < out.probe.size(); ++i)
+      find_targets(m, el, s, m.output.history[i], out.probe[i]);
     out.converted = s.frac.nconverted;
   }
   built_in_values(s, m.dim, row);

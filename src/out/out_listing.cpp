@@ -157,7 +157,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
   utsname machine;
   uname(&machine);
   std::fprintf(out.lst, "mpfe %s   implicit material points and finite elements\n\n", MPFE_VERSION);
-  if (!m.heading.empty()) std::fprintf(out.lst, "%s\n\n", m.heading.c_str());
+  if (!m.notes.heading.empty()) std::fprintf(out.lst, "%s\n\n", m.notes.heading.c_str());
   std::fprintf(out.lst, "  job             %s\n  deck            %s\n  date            %s\n", m.job.c_str(),
                m.deck.c_str(), date_text().c_str());
   std::fprintf(out.lst, "  machine         %s %s, %ld processors\n", machine.sysname, machine.machine,
@@ -207,20 +207,21 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                                                  : std::to_string(d.intermediate).c_str(),
                  d.augment, d.normal_only ? "one direction" : "all directions");
   }
-  std::fprintf(file, "  history         every %d increments\n", m.history_out.every());
-  if (m.vtk.on)
+  std::fprintf(file, "  history         every %d increments\n", m.output.history_at.every());
+  if (m.output.vtk.on)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n",
                  m.part.on     ? ".pvtu and a .vtu of each rank, since the model is divided"
-                 : m.vtk.xml   ? ".vtu"
-                 : m.vtk.ascii ? "text"
+                 : m.output.vtk.xml   ? ".vtu"
+                 : m.output.vtk.ascii ? "text"
                                : "binary",
-                 or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
-                 or_default(m.vtk.interval, "-").c_str());
-  if (m.restart.write)
+                 or_default(m.output.vtk.frequency, m.output.vtk.interval > 0.0 ? "-" : "1").c_str(),
+                 or_default(m.output.vtk.interval, "-").c_str());
+  const RestartDef& r = m.output.restart;
+  if (r.write)
     std::fprintf(file,
                  "  restart         every %s increments, time interval %s, at the end of each step; %s\n",
-                 or_default(m.restart.frequency, "-").c_str(), or_default(m.restart.interval, "-").c_str(),
-                 m.restart.overlay ? "the last file stays" : "all files stay");
+                 or_default(r.frequency, "-").c_str(), or_default(r.interval, "-").c_str(),
+                 r.overlay ? "the last file stays" : "all files stay");
 }
 
 void out_step_begin(const Model& m, int step, Output& out)
@@ -402,7 +403,7 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
     {PHASE_PRECOND, "preconditioner", "the incomplete factor of an earlier matrix is reused"},
     {PHASE_FRACTURE, "test of fracture", "nothing can break, or not due"},
     {PHASE_ESTIMATE, "estimates of fracture", "the threshold is out of reach (elements)"},
-    {PHASE_OUTPUT, "VTK frame", m.vtk.on ? "not due" : "not requested"},
+    {PHASE_OUTPUT, "VTK frame", m.output.vtk.on ? "not due" : "not requested"},
   };
   std::fprintf(file, "\nSKIPPED\n  %-22s %10s %12s   %s\n", "what", "done", "skipped", "because");
   for (const Line& l : lines) {

@@ -24,7 +24,7 @@ bool line_due(const Model& m, const State& s)
 
 bool vtk_due(const Model& m, const State& s, Output& out)
 {
-  const VtkDef& v = m.vtk;
+  const VtkDef& v = m.output.vtk;
   if (!v.on) return false;
   const bool by_number = v.frequency > 0 && s.log.inc_total % v.frequency == 0;
   const bool every     = v.frequency <= 0 && v.interval <= 0.0;
@@ -37,9 +37,9 @@ bool vtk_due(const Model& m, const State& s, Output& out)
 bool out_row_due(const Model& m, const State& s)
 {
   if (!leaps(m, s) || s.log.inc == 0 || !s.eroded.empty()) return true;
-  if (s.log.inc_total % m.history_out.every_explicit() == 0) return true;
+  if (s.log.inc_total % m.output.history_at.every_explicit() == 0) return true;
   if (clock_over(m.step[s.log.step - 1], s.clock)) return true;
-  return std::any_of(m.check.begin(), m.check.end(), [&](const Check& c) {
+  return std::any_of(m.output.check.begin(), m.output.check.end(), [&](const Check& c) {
     return c.kind == CHECK_HISTORY && c.at == AT_TIME && std::fabs(s.n.time - c.time) <= 1.01 * s.log.dt;
   });
 }
@@ -95,7 +95,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   const int last = static_cast<int>(out.history.rows.size()) - 1;
   if (out.row_written < last) history_write(out, last);
   out_file_close(out.his, out.base + ".his");
-  if (m.vtk.on && out.vtk_inc != s.log.inc_total) out_vtk(m, el, s, grid, out);
+  if (m.output.vtk.on && out.vtk_inc != s.log.inc_total) out_vtk(m, el, s, grid, out);
   out_fragments(m, el, s, true, out);
   if (out.ero) out_file_close(out.ero, out.base + ".ero");
   if (out.dat) out_file_close(out.dat, out.base + ".dat");

@@ -42,7 +42,10 @@ std::string counts_text(const State& s)
 double out_whole_time(const Model& m)
 {
   double sum = 0.0;
-  for (const Step& s : m.step) sum += s.period;
+  for (const Step& s : m.step) {
+    if (s.arc.on) return 0.0;
+    sum += s.period;
+  }
   return sum;
 }
 
@@ -65,12 +68,13 @@ void out_progress(const Model& m, const State& s, Output& out)
   const double now = timer_wall();
   if (now - out.progress_last < LINE_PAUSE) return;
   out.progress_last = now;
-  const double part = std::min(1.0, s.n.time / std::max(out_whole_time(m), 1e-300));
-  const double done = part - out.progress_from / std::max(out_whole_time(m), 1e-300);
+  const double whole = out_whole_time(m), part = whole > 0.0 ? std::min(1.0, s.n.time / whole) : 0.0;
+  const double done = whole > 0.0 ? part - out.progress_from / whole : 0.0;
   const double rest = done > 0.0 ? (now - out.progress_wall) * (1.0 - part) / done : 0.0;
-  char head[200];
-  std::snprintf(head, sizeof head, "step %d/%zu  increment %d  time %.5g (%.0f %%)  dt %.3g", s.log.step,
-                m.step.size(), s.log.inc, s.n.time, 100.0 * part, s.log.dt);
+  char head[200], percent[20] = "";
+  if (whole > 0.0) std::snprintf(percent, sizeof percent, " (%.0f %%)", 100.0 * part);
+  std::snprintf(head, sizeof head, "step %d/%zu  increment %d  time %.5g%s  dt %.3g", s.log.step,
+                m.step.size(), s.log.inc, s.n.time, percent, s.log.dt);
   std::string line = m.job + "  " + head + counts_text(s);
   if (done > 0.0) line += "  about " + out_clock_text(rest) + " left";
   line += crack_text(m, s, out);

@@ -248,7 +248,7 @@ long length_of(std::FILE* file, const std::string& path)
 
 bool restart_due(const Model& m, const State& s, Output& out)
 {
-  const RestartDef& r = m.restart;
+  const RestartDef& r = m.output.restart;
   bool due = clock_over(m.step[s.log.step - 1], s.clock);       // the end of a step
   if (r.frequency > 0) due = due || s.log.inc_total % r.frequency == 0;
   return out_interval(r.interval, s.n.time, out.restart_next) || due;
@@ -331,7 +331,7 @@ bool output_fits(const Model& m, const ActiveGrid& grid, const std::vector<std::
                  const Output& out)
 {
   const int rows = static_cast<int>(out.history.rows.size());
-  if (out.history.names != names || out.result.size() != m.check.size() || out.row_written < -1 ||
+  if (out.history.names != names || out.result.size() != m.output.check.size() || out.row_written < -1 ||
       out.row_written >= rows)
     return false;
   for (const RealVec& row : out.history.rows)
@@ -429,7 +429,7 @@ void remove_unfinished(const std::string& base)
 // ---------------------------------------------------------------------------
 void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Output& out)
 {
-  if (!m.restart.write) return;
+  if (!m.output.restart.write) return;
   const bool due = s.log.inc > 0 && restart_due(m, s, out);
   if (!(due || now) || out.restart_inc == s.log.inc_total) return;
   Timer timer(PHASE_OUTPUT);
@@ -440,7 +440,7 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   length.frag = length_of(out.frag, out.base + ".frag");
   Archive f;
   char tail[40] = "";
-  if (!m.restart.overlay) std::snprintf(tail, sizeof tail, "_%06d", s.log.inc_total);
+  if (!m.output.restart.overlay) std::snprintf(tail, sizeof tail, "_%06d", s.log.inc_total);
   const std::string path = out.base + tail + ".rst", fresh = path + ".new";
   begin_file(fresh, f);
   Origin origin;
@@ -453,7 +453,7 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
     io_content(f, length, s, cells, out);
   });
   end_file(fresh, path, f);
-  if (!m.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
+  if (!m.output.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
   log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.at));
 }
 
@@ -561,7 +561,7 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
     branch_table(m, out, "ero", length.ero, out.ero);
     branch_table(m, out, "frag", length.frag, out.frag);
     branch_frames(m, out);
-    if (m.vtk.on) out_vtk_continue(out);
+    if (m.output.vtk.on) out_vtk_continue(out);
   }
   history_open(out);
   for (int row = 0; row <= out.row_written; ++row)

@@ -51,7 +51,7 @@ struct StatusFile {            // the last run in JOB.sta
   bool begun = false, ended = false;
   int code = -1;               // at its end
   int steps = 0;
-  double whole = 0;            // time of all steps
+  double whole = 0;            // time of all steps; 0: unknown, a RIKS step
   int rows = 0;
   StatusRow first, last;
 };
@@ -69,7 +69,7 @@ bool read_status(const std::string& path, StatusFile& f)
     if (line.find("SUMMARY OF JOB INFORMATION") != std::string::npos) {
       f       = StatusFile();
       f.begun = std::sscanf(line.c_str() + line.rfind("steps "), "steps %d, total time %lf", &f.steps,
-                            &f.whole) == 2;
+                            &f.whole) >= 1;
     } else if (const char* code = std::strstr(line.c_str(), "(exit code ")) {
       f.ended = true;
       f.code  = std::atoi(code + 11);
@@ -117,12 +117,14 @@ void print_rows(std::FILE* file, const StatusFile& f, bool running, double age)
     std::fprintf(file, "  no increment so far\n");
     return;
   }
-  std::fprintf(file, "  step %d of %d, increment %d, total time %.6g of %.6g (%.3g %%), dt %.4g\n", r.step,
-               f.steps, r.inc, r.time, f.whole, 100.0 * r.time / std::max(f.whole, 1e-300), r.dt);
+  char of[60] = " (RIKS: the end is open)";
+  if (f.whole > 0.0) std::snprintf(of, sizeof of, " of %.6g (%.3g %%)", f.whole, 100.0 * r.time / f.whole);
+  std::fprintf(file, "  step %d of %d, increment %d, total time %.6g%s, dt %.4g\n", r.step, f.steps, r.inc,
+               r.time, of, r.dt);
   std::fprintf(file, "  %d broken elements, %d points\n  %s", r.broken, r.points,
                out_clock_text(r.wall).c_str());
   const double rate = (r.time - f.first.time) / std::max(r.wall - f.first.wall, 1e-9);
-  if (running && rate > 0.0)
+  if (running && rate > 0.0 && f.whole > 0.0)
     std::fprintf(file, ", about %s left; last row %.0f s ago",
                  out_clock_text(std::max(0.0, (f.whole - r.time) / rate - age)).c_str(), age);
   std::fprintf(file, "\n");
@@ -142,7 +144,8 @@ void out_status_open(const Model& m, bool goes_on, Output& out)
   out.sta = out_file_open(out.base + ".sta", goes_on);
   std::fprintf(out.sta, "# SUMMARY OF JOB INFORMATION: %s, mpfe %s, process %ld on %s, steps %zu, ",
                m.job.c_str(), MPFE_VERSION, static_cast<long>(getpid()), host, m.step.size());
-  std::fprintf(out.sta, "total time %.9g\n", out_whole_time(m));
+  if (out_whole_time(m) > 0.0) std::fprintf(out.sta, "total time %.9g\n", out_whole_time(m));
+  else std::fprintf(out.sta, "total time open (RIKS)\n");
   std::fprintf(out.sta, "#%s\n", column_titles);
   out_file_flush(out.sta, out.base + ".sta");
 }

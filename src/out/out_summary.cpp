@@ -371,7 +371,8 @@ void out_model_summary(std::FILE* file, const Model& m, const Elements& el, cons
 {
   std::FILE* nowhere = file ? nullptr : out_file_open("/dev/null");
   if (!file) file = nowhere;
-  std::fprintf(file, "\nMODEL  %d dimensions, %zu steps, %zu checks\n", m.dim, m.step.size(), m.check.size());
+  std::fprintf(file, "\nMODEL  %d dimensions, %zu steps, %zu checks\n", m.dim, m.step.size(),
+               m.output.check.size());
   print_mesh(file, m, el);
   print_grid(file, m.grid, m.dim);
   print_materials(file, m);

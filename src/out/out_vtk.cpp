@@ -64,7 +64,7 @@ void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic, bool o
 // a divided model has a .vtu per rank, independent of the deck, and a .pvtu that refers to them
 const char* const endings[] = {"vtk", "vtu", "pvtu"};
 
-const char* ending_of(const Model& m) { return endings[m.part.on ? 2 : m.vtk.xml ? 1 : 0]; }
+const char* ending_of(const Model& m) { return endings[m.part.on ? 2 : m.output.vtk.xml ? 1 : 0]; }
 
 std::string frame_tail(VtkKind kind, int frame, const std::string& ending)
 {
@@ -118,7 +118,7 @@ void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, bool here, 
   std::string path = out.base + tail;
   if (m.part.on) path = here ? out.base + piece_tail(kind, out.vtk_frame, comm_rank()) : "/dev/null";
   vtk_open(f, path, title, s.n.time,
-           m.part.on || m.vtk.xml ? VTK_XML : m.vtk.ascii ? VTK_ASCII : VTK_BINARY);
+           m.part.on || m.output.vtk.xml ? VTK_XML : m.output.vtk.ascii ? VTK_ASCII : VTK_BINARY);
 }
 
 void end(VtkFile& f, VtkKind kind, const Model& m, bool here, const Output& out)
@@ -233,7 +233,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
     vtk_scalars(f, "time_broken", time);
     vtk_scalars(f, "degradation", degr);
   }
-  if (m.fragments.on) vtk_labels(f, "fragment", picked(fe.elem, 1, fragments.of_elem));
+  if (m.output.fragments.on) vtk_labels(f, "fragment", picked(fe.elem, 1, fragments.of_elem));
   end(f, VTK_FE, m, here, out);
 }
 
@@ -325,7 +325,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
     vtk_labels(f, "released", picked(list, 1, pts.released));
     vtk_scalars(f, "time_broken", time);
   }
-  if (m.fragments.on) vtk_labels(f, "fragment", picked(list, 1, fragments.of_point));
+  if (m.output.fragments.on) vtk_labels(f, "fragment", picked(list, 1, fragments.of_point));
   end(f, VTK_MP, m, here, out);
 }
 
@@ -485,7 +485,7 @@ void out_vtk_continue(const Output& out)
 void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
   Fragments fragments;
-  if (m.fragments.on) frac_fragments(m, el, s, fragments);
+  if (m.output.fragments.on) frac_fragments(m, el, s, fragments);
   write_fe(m, el, s, fragments, out);
   write_mp(m, s, fragments, out);
   write_bonds(m, s, out);

@@ -262,6 +262,9 @@ inline size_t point_history_size(const Points& pts, const Level& l)
   return pts.npoint ? l.hp.size() / pts.npoint : 0;
 }
 
+// broken_law : of point p, which is broken, when its stress has gone
+MatLaw broken_law(const Model& m, const Points& pts, int p);
+
 // point_material : of the body of point p
 inline const Material& point_material(const Model& m, const Points& pts, int p)
 {

@@ -635,6 +635,12 @@ double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, cons
   return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, owned) : viscous_loss<3>(pts, law, l0, l1, owned);
 }
 
+MatLaw broken_law(const Model& m, const Points& pts, int p)
+{
+  const MatLaw intact = mat_law(point_material(m, pts, p), m.body[pts.body[p]].plane);
+  return law_broken(intact, m.fracture[pts.broken[p]], 0.0, &pts.normal[3 * static_cast<size_t>(p)]);
+}
+
 void point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& owned, double& plastic,
                       double& cohesive)
 {
@@ -642,6 +648,11 @@ void point_dissipated(const Model& m, const Points& pts, const Level& l, const I
   if (history == 0) return;
   for (int p : owned) {
     const bool opened = pts.eroded(p) && m.fracture[pts.broken[p]].criterion == CRITERION_COHESIVE;
-    (opened ? cohesive : plastic) += pts.V0[p] * history_at(l.hp, history, p)[HISTORY_DISSIPATED];
+    const double* h = history_at(l.hp, history, p);
+    double flowed   = 0.0;
+    if (opened && law_flows(point_material(m, pts, p).law))
+      flowed = h[law_field(law_of(broken_law(m, pts, p)), HISTORY_FLOW_WORK)];
+    (opened ? cohesive : plastic) += pts.V0[p] * (h[HISTORY_DISSIPATED] - flowed);
+    plastic += pts.V0[p] * flowed;
   }
 }

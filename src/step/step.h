@@ -130,6 +130,7 @@ struct Arc {
   bool cracked = false;                      // one of them has a crack
   double from = 0.0, at = 0.0;               // time of the step whose loads act: at t(n), now
   double length = 0.0;                       // sum of the extensions over the increment
+  bool last     = false;                     // length is that of the set, to its displacement at the end
   RealVec load, support;                     // [neq] external force, displacement over time of the loads
 };
 

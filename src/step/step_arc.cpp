@@ -24,6 +24,8 @@ const double OPENS_BY = 0.2;
 const double PASSES_BY = 0.002;
 // of the largest load: then the loads have fallen away
 const double FALLEN = 0.02;
+// of the displacement of the set at the end: what Newton's method leaves
+const double SET_REACHED = 1e-6;
 
 double along(const double* N, const double* x, int dim)
 {
@@ -43,14 +45,14 @@ double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
   for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
     elem_ip_fields(p.m, el, p.st.n, nlgeom, e, g, at);
     const double* h = history_at(p.st.n.he, el.history, el.gauss_of[e] + g);
-    const double share = crack_share(law.crack, at.sig, h, N);
+    const double share = crack_share(law, at.sig, h, N);
     if (share <= most) continue;
     most = share;
     q.e  = e;
     std::copy_n(N, 3, q.N.begin());
     q.width = crack_width(law.crack, N);
     const double strain = crack_strength(law.crack) / b.law.material->young;
-    q.cracked = crack_opening(h) > 0.0;
+    q.cracked = crack_opening(law, h) > 0.0;
     q.most    = q.cracked ? OPENS_BY * crack_open(law.crack)
                           : (std::max(0.0, 1.0 - share) + PASSES_BY) * strain * q.width;
   }
@@ -98,6 +100,31 @@ double extension(const Problem& p, const ArcElement& q, const RealVec& x)
   return q.width * product / square;
 }
 
+// mean over the nodes n of the set, rows r, of value(n, r)
+template <class Value>
+double mean_of_set(const Problem& p, const Step& s, Value value)
+{
+  double sum[2] = {};
+  for (int n : p.m.nset[s.arc.nset].item) {
+    const int r = p.dofs.rows.row_of_node[n];
+    if (r < 0 || !p.dofs.rows.counts(r * p.m.dim)) continue;
+    sum[0] += value(n, r);
+    sum[1] += 1.0;
+  }
+  if (p.dofs.rows.split) comm_sum(sum, 2);
+  return sum[1] > 0.0 ? sum[0] / sum[1] : 0.0;
+}
+
+// mean displacement of the set in its direction; the same of a correction x
+double set_displacement(const Problem& p, const Step& s, const Level& l)
+{
+  return mean_of_set(p, s, [&](int n, int) { return l.u[n * p.m.dim + s.arc.direction]; });
+}
+double set_correction(const Problem& p, const Step& s, const RealVec& x)
+{
+  return mean_of_set(p, s, [&](int, int r) { return x[r * p.m.dim + s.arc.direction]; });
+}
+
 double extensions(const Problem& p, const Arc& arc, const RealVec& x)
 {
   double sum = 0.0;
@@ -121,19 +148,21 @@ double first_advance(const Problem& p, const Attempt& a, const RealVec& unit)
   return sum < 0.0 && arc.cracked ? -by : std::min(by, left);
 }
 
-// mean displacement of the set in its direction
-double set_displacement(const Problem& p, const Step& s)
+// what is prescribed over the increment, of a correction
+double prescribed_part(const Problem& p, const Attempt& a, const RealVec& x)
 {
-  double sum[2] = {};
-  const int dim = p.m.dim;
-  for (int n : p.m.nset[s.arc_nset].item) {
-    const int r = p.dofs.rows.row_of_node[n];
-    if (r < 0 || !p.dofs.rows.counts(r * dim)) continue;
-    sum[0] += p.st.np1.u[n * dim + s.arc_direction];
-    sum[1] += 1.0;
-  }
-  if (p.dofs.rows.split) comm_sum(sum, 2);
-  return sum[1] > 0.0 ? sum[0] / sum[1] : 0.0;
+  return a.arc.last ? set_correction(p, a.step, x) : extensions(p, a.arc, x);
+}
+
+// would the first correction bring the set to its displacement at the end, or beyond? the increment ends there
+bool ends_at_set(const Problem& p, Attempt& a, double advance, const RealVec& unit)
+{
+  const Step& s = a.step;
+  if (s.arc.nset < 0) return false;
+  const double left = s.arc.end - set_displacement(p, s, p.st.n), by = advance * set_correction(p, s, unit);
+  if (by * s.arc.end <= 0.0 || std::fabs(by) < std::fabs(left)) return false;
+  a.arc.length = left;
+  return true;
 }
 
 }  // namespace
@@ -175,12 +204,13 @@ double step_arc_advance(const Problem& p, Attempt& a, int it, const RealVec& dx,
     const double advance = first_advance(p, a, unit), sum = arc.any ? extensions(p, arc, unit) : 0.0;
     arc.length = advance * sum;
     if (!(arc.length > 0.0) || arc.from + advance == a.step.period) arc.element.clear();
-    arc.any = !dof_all(p.dofs, arc.element.empty());
-    return advance;
+    arc.any  = !dof_all(p.dofs, arc.element.empty());
+    arc.last = ends_at_set(p, a, advance, unit);
+    if (!arc.last) return advance;
   }
-  if (!arc.any) return 0.0;
-  const double per = extensions(p, arc, unit);
-  return per == 0.0 ? 0.0 : (arc.length - extensions(p, arc, a.du) - extensions(p, arc, dx)) / per;
+  if (!arc.any && !arc.last) return 0.0;
+  const double per = prescribed_part(p, a, unit);
+  return per == 0.0 ? 0.0 : (arc.length - prescribed_part(p, a, a.du) - prescribed_part(p, a, dx)) / per;
 }
 
 void step_arc_load(Problem& p, Attempt& a, double advance)
@@ -199,12 +229,15 @@ void step_arc_end(Problem& p, const Attempt& a)
   const Step& s = a.step;
   c.load      = a.arc.at;
   c.load_most = std::max(c.load_most, c.load);
-  const double u = s.arc_nset >= 0 ? set_displacement(p, s) : 0.0;
-  const bool far = s.arc_nset >= 0 && u * s.arc_end >= s.arc_end * s.arc_end;
+  const double u = s.arc.nset >= 0 ? set_displacement(p, s, p.st.np1) : 0.0;
+  const bool far = s.arc.nset >= 0 && u * s.arc.end >= (1.0 - SET_REACHED) * s.arc.end * s.arc.end;
   const bool whole = s.over(c.load), fallen = c.load <= FALLEN * c.load_most;
-  c.ended = far || whole || fallen;
+  const bool many  = p.st.log.inc >= s.max_inc;
+  c.ended = far || whole || fallen || many;
   if (fallen)
     log_note("  the step ends: the loads have fallen to %.3g of their whole, from %.3g at the peak",
              c.load / s.period, c.load_most / s.period);
   else if (far && !whole) log_note("  the step ends: the set has moved by %.6g", u);
+  else if (many && !whole) log_note("  the step ends: INC=%d increments, with %.3g of the loads", s.max_inc,
+                                   c.load / s.period);
 }

@@ -52,7 +52,7 @@ void choose_by_half(const Step& s, double used, int iterations, double part, Ste
 
 double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops)
 {
-  if (s.arc) return c.dt;
+  if (s.arc.on) return c.dt;
   double end = clock_goal(s, c);
   for (double stop : stops)
     if (stop > c.t + 1e-9 * s.dt && stop < end) end = stop;
@@ -65,7 +65,7 @@ double clock_next(const Step& s, const StepClock& c, const std::vector<double>& 
 void clock_accept(const Step& s, double used, int iterations, double half, StepClock& c)
 {
   c.t += used;
-  const bool whole = !s.arc && std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt;
+  const bool whole = !s.arc.on && std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt;
   if (whole) {
     c.t = clock_goal(s, c);
     ++c.nominal;
@@ -85,7 +85,7 @@ void clock_accept(const Step& s, double used, int iterations, double half, StepC
 std::vector<double> clock_stops(const Model& m, const Step& s, double start)
 {
   std::vector<double> out;
-  for (const Check& c : m.check)
+  for (const Check& c : m.output.check)
     if (c.at == AT_TIME && c.time > start && c.time < start + s.period) out.push_back(c.time - start);
   for (const ConversionDef& c : m.conversion)
     if (c.trigger == TRIGGER_TIME && c.limit > start && c.limit < start + s.period)

@@ -88,6 +88,22 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
   return STATUS_OK;
 }
 
+// accelerations at t(n+1); nodes of rigid bodies have w x (w x r) besides                      (6.41)
+Failure turning_accelerations(Problem& p, Attempt& a, const RealVec& f)
+{
+  const Dofs& s = p.dofs;
+  if (s.bound.tie.rigid.empty()) return step_accelerations(p, f, 0.5 * a.dt, a.acc);
+  rigid_arms(p.m, p.st.np1.u, p.dofs.bound.tie);
+  RealVec v(s.rows.neq()), inward(s.rows.neq(), 0.0), rest = f;
+  for (int i = 0; i < s.rows.neq(); ++i)
+    v[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.rate[i] : a.vgrid[i] + a.dt * a.agrid[i];
+  rigid_centripetal(p.m, p.st.np1.u, s, v, inward);
+  for (int i = 0; i < s.rows.neq(); ++i) rest[i] -= s.mass.lumped[i / s.rows.dim] * inward[i];
+  const Failure failure = step_accelerations(p, rest, 0.5 * a.dt, a.acc);
+  for (int i = 0; i < s.rows.neq(); ++i) a.acc[i] += inward[i];
+  return failure;
+}
+
 // Rows whose sum is a smaller part of their diagonal are left out: weights of other signs cancel there
 const double LEAST_SUM = 0.05;
 
@@ -176,6 +192,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   }
   a.plain = !p.d.grid.of_all.nodes && !s.rows.hung && !s.bound.tie.any && !s.mass.damped;
   // 1. velocity and acceleration at t(n)
+  rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
   Failure failure = step_turn(p);
   if (failure.ok() && a.plain) return explicit_nodes(p, a);
   RealVec f;
@@ -186,13 +203,14 @@ Failure step_explicit(Problem& p, Attempt& a)
     a.du[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.target[i]
         : a.dt * (a.vgrid[i] + 0.5 * a.dt * a.agrid[i]);
   tie_follow(s, true, a.du);
+  rigid_leap(p.m, p.st.n.u, s, a.du);
   // 3. forces there, and the acceleration that they make                                     (6.29)
   failure = form_forces(p, a, f);
   if (!failure.ok()) return failure;
   a.acc = a.agrid;
   for (int i = 0; i < s.rows.neq(); ++i)
     if (s.bound.fixed[i] == DOF_FIXED) a.acc[i] = (s.bound.rate[i] - a.vgrid[i]) / a.dt;
-  failure = step_accelerations(p, f, 0.5 * a.dt, a.acc);
+  failure = turning_accelerations(p, a, f);
   if (!failure.ok()) return failure;
   // 4. reactions, as the residual of an implicit increment has them
   if (p.d.grid.of_all.nodes || s.rows.hung) mass_multiply(s, a.acc, a.R);

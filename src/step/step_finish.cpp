@@ -13,8 +13,12 @@ void finish_ties(const Dofs& s, State& st, RealVec& dv)
 {
   const int dim   = s.rows.dim;
   const auto at = [&](int dof) { return s.rows.node_of_row[dof / dim] * dim + dof % dim; };
-  for (size_t k = 0; k < s.bound.tie.dof.size(); ++k)
+  const Ties& t      = s.bound.tie;
+  // nodes of bodies that turn have accelerations of their own
+  const size_t turns = t.rigid.empty() ? t.dof.size() : t.rigid.front();
+  for (size_t k = 0; k < t.dof.size(); ++k)
     for (RealVec* x : {&st.np1.v, &st.np1.a}) {
+      if (k >= turns && x == &st.np1.a) continue;
       double sum = 0.0;
       for (int q = s.bound.tie.master.off[k]; q < s.bound.tie.master.off[k + 1]; ++q)
         sum += s.bound.tie.coef[q] * (*x)[at(s.bound.tie.master.item[q])];

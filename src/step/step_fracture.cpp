@@ -109,7 +109,7 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
 {
   State& st = p.st;
   const Ledger before = st.ledger;
-  if (s.arc) {                             // nothing was left in them; the next increment carries the rest
+  if (s.arc.on) {                             // nothing was left in them; the next increment carries the rest
     ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st, &energy);
     st.ledger.fracture += all_energy(before) - all_energy(st.ledger);
     return STATUS_OK;

@@ -93,7 +93,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
 // Only where nothing but elements acts that are whole, and not after a cut.
 void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, Attempt& a)
 {
-  if (!a.step.extrapolate || a.step.arc || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
+  if (!a.step.extrapolate || a.step.arc.on || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
       st.points.npoint_all() || st.frac.neroded > 0)
     return;
   a.guess   = dofs.bound.target;
@@ -269,7 +269,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
   const bool leaps = s.explicit_steps();
   if (failure.ok() && s.proc == PROC_DYNAMIC && !leaps) failure = step_inertia_begin(p, a);
-  if (failure.ok() && s.arc && dt > 0.0) failure = step_arc_begin(p, a);
+  if (failure.ok() && s.arc.on && dt > 0.0) failure = step_arc_begin(p, a);
   if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p.m, st, p.dofs, dt, a);
   const bool guessed = a.guesses;

@@ -283,8 +283,14 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   for (int i = 0; i < dofs.rows.nfe * dofs.rows.dim; ++i)
     if (dofs.bound.fixed[i] == DOF_FIXED)
       acc[i] = p.st.n.a[dofs.rows.node_of_row[i / dofs.rows.dim] * dofs.rows.dim + i % dofs.rows.dim];
+  RealVec inward(dofs.rows.neq(), 0.0);              // of rigid bodies                            (6.41)
+  if (!dofs.bound.tie.rigid.empty()) {
+    rigid_centripetal(p.m, p.st.n.u, dofs, dof_of_nodes(dofs, p.st.n.v), inward);
+    for (int i = 0; i < dofs.rows.neq(); ++i) f[i] -= dofs.mass.lumped[i / dofs.rows.dim] * inward[i];
+  }
   if ((dofs.bound.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc)) < 0)
     return MASS_FAILED;
+  for (int i = 0; i < dofs.rows.neq(); ++i) acc[i] += inward[i];
   put_accelerations(p, acc);
   return STATUS_OK;
 }

@@ -120,7 +120,8 @@ Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, Solv
   };
   system.precondition = [&](const RealVec& v, RealVec& z) {
     const Status status = solve_system(solver, s.pattern.A, ask, v, z);
-    if (start < 0.0 && status == STATUS_OK) start = std::fabs(dof_dot(s, v, z)) * step_product(l.f, l.f, system.weight);
+    if (start < 0.0 && status == STATUS_OK)
+      start = std::fabs(dof_dot(s, v, z)) * step_product(l.f, l.f, system.weight);
     return status;
   };
   double left;

@@ -60,6 +60,28 @@ int start_values(const Model& m, State& st)
   return wrong;
 }
 
+// dependent dofs of a list of equations move as those that they depend on   x [nnode*dim]
+void follow_equations(const Model& m, const IntVec& list, RealVec& x)
+{
+  std::vector<EquationSolved> solved;
+  int bad;
+  if (!equations_resolve(m, list, solved, bad)) return;
+  for (const EquationSolved& e : solved) {
+    double sum = 0.0;
+    for (const EquationMaster& q : e.master) sum += q.coef * x[q.node * m.dim + q.dof];
+    x[e.node * m.dim + e.dof] = sum;
+  }
+}
+
+// slave nodes of *TIE begin with what their masters have
+void start_ties(const Model& m, Level& l)
+{
+  IntVec list;
+  for (int k : m.step.empty() ? IntVec() : m.step[0].equation)
+    if (m.equation[k].of == EQUATION_TIE) list.push_back(k);
+  for (RealVec* x : {&l.u, &l.v}) follow_equations(m, list, *x);
+}
+
 // equations of the first step hold at the start
 int start_equations(const Model& m, const Level& l)
 {
@@ -107,19 +129,6 @@ void warn_other_velocity(const Prescribed& b, const OtherVelocity& x)
   log_warn("%s line %d, *BOUNDARY: %.0f nodes from node %.0f on have the velocity of their support from the "
            "start of the run, not the one of *INITIAL CONDITIONS, line %.0f",
            b.place.file.c_str(), b.place.line, x.nodes, x.label, x.line);
-}
-
-// dependent dofs move as those that they depend on
-void tie_velocities(const Model& m, const Step& step, RealVec& v)
-{
-  std::vector<EquationSolved> solved;
-  int bad;
-  if (!equations_resolve(m, step.equation, solved, bad)) return;
-  for (const EquationSolved& e : solved) {
-    double sum = 0.0;
-    for (const EquationMaster& q : e.master) sum += q.coef * v[q.node * m.dim + q.dof];
-    v[e.node * m.dim + e.dof] = sum;
-  }
 }
 
 // dofs whose motion the step before prescribes already [nnode*dim]; static: they have no velocity
@@ -203,7 +212,7 @@ bool step_supports(const Model& m, int k, double time, RealVec& v)
     warn_other_velocity(b, other);
   }
   if (m.part.on) any = comm_allreduce_max(any);
-  if (any && !step.equation.empty()) tie_velocities(m, step, v);
+  if (any && !step.equation.empty()) follow_equations(m, step.equation, v);
   return any > 0;
 }
 
@@ -244,6 +253,8 @@ int step_open(Problem& p)
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(m, st);
   point_copy_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
+  rigid_start(m, st.n.u, st.n.v);
+  start_ties(m, st.n);
   if (errors == 0) errors = start_equations(m, st.n);
   if (errors) return errors;
   step_supports(m, 0, 0.0, st.n.v);
@@ -400,6 +411,7 @@ Failure step_prepare(Problem& p, const Step& s)
 {
   if (p.ready) return STATUS_OK;
   State& st = p.st;
+  elem_rigid(p.m, s, p.d.el);
   const std::array<size_t, 2> forms{{st.frac.converted.size(), st.frac.released.size()}};
   if (!s.explicit_steps() || forms != p.stable.followed)
     frac_follow(p.m, st.frac, st.points, p.d.follow);

@@ -155,7 +155,7 @@ Failure interrupted(Problem& p, Output& out)
   std::string note = "signal " + std::to_string(interrupt_signal()) +
                      " ended the run; the files are complete up to this point";
   out_restart(p.m, p.st, p.d.grid, true, out);
-  if (p.m.restart.write)
+  if (p.m.output.restart.write)
     note += ". mpfe --restart " + out.base + ".rst, or *RESTART, READ in the deck, continues it";
   return {INTERRUPTED, note};
 }
@@ -194,7 +194,7 @@ std::string leave_good_state(Problem& p, Increment& inc, Output& out)
   if (inc.undoes && !step_can_undo(p.st, inc.undo)) return "";
   forget_attempt(p, inc, out);
   p.st.clock = inc.clock;
-  if (!p.m.restart.write || p.st.log.inc_total == 0) return "";
+  if (!p.m.output.restart.write || p.st.log.inc_total == 0) return "";
   out_restart(p.m, p.st, p.d.grid, true, out);
   return ". " + out.base + ".rst has the state before this increment: mpfe --restart " + out.base +
          ".rst goes on from there, also with other *NEWTON and *SOLVER cards, another INC of *STEP, on other "
@@ -258,7 +258,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   }
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
-  inc.watch.on = !moves && !s.direct && !s.arc;
+  inc.watch.on = !moves && !s.direct && !s.arc.on;
   inc.half     = HalfWatch();
   inc.half.on  = moves && !s.direct && (s.half_force > 0.0 || s.half_part > 0.0);
   return failure;
@@ -270,7 +270,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   State& st = p.st;
   StepClock& clock = st.clock;
   inc.shorter = 0.5 * inc.dt;
-  Failure failure = step_increment(p, s, s.arc ? clock.load : clock.t, inc.dt, inc.energy, &inc.half);
+  Failure failure = step_increment(p, s, s.arc.on ? clock.load : clock.t, inc.dt, inc.energy, &inc.half);
   if (failure.status == HALF_RESIDUAL) inc.shorter = inc.half.shorter;
   if (!failure.ok()) return failure;
   const int iterations = st.log.iterations;
@@ -283,7 +283,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
     timer_skip(PHASE_FRACTURE);
     return STATUS_OK;
   }
-  const double t = s.arc ? clock.load : clock.t + inc.dt;
+  const double t = s.arc.on ? clock.load : clock.t + inc.dt;
   failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   if (failure.status == CRITERION_EXCEEDED &&
       !cut_to_break(p.m, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
@@ -309,7 +309,7 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   st.clock.ended     = inc.clock.ended;
   st.ledger = before;
   if (!step_prepare(p, s).ok()) return false;
-  if ((p.d.fm.on || !p.m.restart.write) && step_signalled()) failure = INTERRUPTED;
+  if ((p.d.fm.on || !p.m.output.restart.write) && step_signalled()) failure = INTERRUPTED;
   if (failure.status == INTERRUPTED || st.log.cuts >= s.ctl.max_cut || inc.shorter < s.dt_min) return false;
   out_listing_cut(st.log.step, st.log.inc, clock.start + clock.t, inc.dt, inc.shorter, failure.status,
                   failure.note.c_str());
@@ -467,7 +467,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     tell_half(st, inc.half, p.warned);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
-    if (s.explicit_steps() && p.m.restart.write) forget_grid(p, out);
+    if (s.explicit_steps() && p.m.output.restart.write) forget_grid(p, out);
   }
   check_ranks(st);
   return STATUS_OK;
@@ -600,7 +600,7 @@ int exit_code(const Model& m, Status status, bool off)
 {
   if (status == SOLVER_FAILED || status == DIVISION_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
-  if (status == INTERRUPTED && m.restart.write) return EXIT_CONTINUE;
+  if (status == INTERRUPTED && m.output.restart.write) return EXIT_CONTINUE;
   if (status != STATUS_OK) return EXIT_PHYSICS;
   return off ? EXIT_CHECK_FAILED : EXIT_GOOD;
 }

@@ -74,7 +74,7 @@ Failure mass_inverse(const Dofs& s, const RealVec& f, bool points, RealVec& y)
 }
 
 // square of the largest frequency of M^-1 K by Lanczos' method; MASS_FAILED: of as many vectors as there
-// were. The masses of debris may be singular to rounding, and a difference of forces is rounding there  (6.32)
+// were. The masses of debris may be singular to rounding; a difference of forces is rounding there     (6.32)
 Failure measure(Problem& p, const Step& s, double& omega2)
 {
   const Dofs& d = p.dofs;
@@ -270,10 +270,17 @@ double stable_of_points(const Problem& p)
 double stable_of_elements(Problem& p, const Step& s, int& label)
 {
   int worst;
-  const double own = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
+  double own   = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
+  double least = comm_size() == 1 ? own : -comm_allreduce_max(-own);
+  if (least >= 1e300 && !p.m.rigid.empty()) {        // nothing but rigid bodies: their penalties need a scale
+    std::vector<char> rigid;
+    rigid.swap(p.d.el.rigid);
+    own   = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
+    least = comm_size() == 1 ? own : -comm_allreduce_max(-own);
+    rigid.swap(p.d.el.rigid);
+  }
   label = worst < 0 ? -1 : p.m.mesh.elem_label[worst];
   if (comm_size() == 1) return own;
-  const double least = -comm_allreduce_max(-own);
   label = comm_allreduce_max(own == least ? label : -1);
   return least;
 }

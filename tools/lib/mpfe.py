@@ -12,6 +12,7 @@ doc/python.md has the columns and worked examples. Errors are raised as FileErro
 """
 import base64
 import collections
+import io
 import json
 import os
 import re
@@ -24,6 +25,22 @@ class FileError(ValueError):
     """A file that is not what it should be."""
 
 
+def open_text(path):
+    """A file of text; a folder, a binary file or one that is missing is a FileError."""
+    try:
+        with open(path) as f:
+            return io.StringIO(f.read())
+    except (OSError, UnicodeDecodeError) as e:
+        raise FileError("%s: %s" % (path, getattr(e, "strerror", None) or "not a file of text")) from e
+
+
+def numbers_of(path, words):
+    try:
+        return [float(w) for w in words]
+    except ValueError as e:
+        raise FileError("%s: '%s' is no row of numbers" % (path, " ".join(words)[:60])) from e
+
+
 # ---- tables -----------------------------------------------------------------------------------------------------
 
 class Table(dict):
@@ -33,11 +50,21 @@ class Table(dict):
         super().__init__(columns)
         self.path = path
 
+    def key(self, name):
+        """The name as the file has it, None when there is no such column."""
+        return next((key for key in self if key.lower() == str(name).lower()), None)
+
+    def __contains__(self, name):
+        return self.key(name) is not None
+
+    def get(self, name, default=None):
+        return self[name] if name in self else default
+
     def __missing__(self, name):
-        for key in self:
-            if key.lower() == name.lower():
-                return self[key]
-        raise FileError("%s: no column '%s'; there are: %s" % (self.path, name, " ".join(self)))
+        key = self.key(name)
+        if key is None:
+            raise FileError("%s: no column '%s'; there are: %s" % (self.path, name, " ".join(self)))
+        return self[key]
 
 
 def read_table(path):
@@ -79,11 +106,12 @@ def read_sta(path):
     """JOB.sta: table, cut, code. Columns step inc att iters total_time step_time dt broken points wall; cut: the attempts that were cut
     (1U in the file); exit code of the run, None while it runs or when it was killed. Of a run that was continued the rows after its
     restart file are left out."""
-    rows, cut, code, fresh = [], [], None, False
-    with open(path) as f:
+    rows, cut, code, fresh, known = [], [], None, False, False
+    with open_text(path) as f:
         for line in f:
             words = line.split()
             if line.startswith("#"):
+                known = known or "SUMMARY OF JOB" in line
                 fresh = fresh or words[:1] == ["#STEP"]
                 code = None if "SUMMARY OF JOB" in line else code
                 if "(exit code " in line:
@@ -91,13 +119,15 @@ def read_sta(path):
                 continue
             if len(words) != len(STA_COLUMNS):
                 continue                   # the last line of a run that was killed
-            row = [float(w.rstrip("U")) for w in words]
+            row = numbers_of(path, [w.rstrip("U") for w in words])
             while fresh and rows and rows[-1][4] >= row[4]:
                 rows.pop()
                 cut.pop()
             fresh = False
             rows.append(row)
             cut.append(words[2].endswith("U"))
+    if not known:
+        raise FileError("%s: not a .sta file of mpfe, which begins with '# SUMMARY OF JOB INFORMATION'" % path)
     data = np.array(rows).reshape(-1, len(STA_COLUMNS))
     return Table({name: data[:, i] for i, name in enumerate(STA_COLUMNS)}, path), np.array(cut, dtype=bool), code
 
@@ -108,18 +138,23 @@ REAL = re.compile(r"[-+]?\d*\.\d+E[-+]\d+")
 def read_dat(path):
     """JOB.dat: a list of {what, set, time, labels [n], values [n, columns]}; labels of elements have the number of the
     integration point as a second column, a total has no labels."""
-    tables = []
-    with open(path) as f:
-        for line in f:
+    tables, number = [], 0
+    with open_text(path) as f:
+        for number, line in enumerate(f, 1):
             words = line.split()
             if " for set " in line and " and time " in line:
                 what, rest = line.strip().split(" for set ")
                 name, time = rest.rsplit(" and time ", 1)
-                tables.append({"what": what, "set": name, "time": float(time), "labels": [], "values": []})
-            elif words and tables:
-                values = REAL.findall(line)
-                tables[-1]["labels"].append([int(w) for w in REAL.sub(" ", line).split()])
+                tables.append({"what": what, "set": name, "time": numbers_of(path, [time])[0], "labels": [], "values": []})
+            elif words:
+                values, labels = REAL.findall(line), REAL.sub(" ", line).split()
+                if not tables or not values or not all(w.isdigit() for w in labels):
+                    raise FileError("%s line %d: not a .dat file of mpfe, which has tables 'WHAT for set NAME and time T' with rows of "
+                                    "labels and numbers" % (path, number))
+                tables[-1]["labels"].append([int(w) for w in labels])
                 tables[-1]["values"].append([float(w) for w in values])
+    if number and not tables:
+        raise FileError("%s: not a .dat file of mpfe: there is no table" % path)
     for t in tables:
         labels = np.array(t["labels"], dtype=int)
         t["labels"] = labels[:, 0] if labels.ndim == 2 and labels.shape[1] == 1 else labels
@@ -130,11 +165,13 @@ def read_dat(path):
 def read_chk(path):
     """JOB.chk: a list of {good, name, value, target, difference, tolerance, source}."""
     out = []
-    with open(path) as f:
+    with open_text(path) as f:
         for line in f:
             words = line.split("#")[0].split()
-            if words and words[0] in ("PASS", "FAIL"):
-                numbers = dict(zip(("value", "target", "difference", "tolerance"), map(float, words[2:6])))
+            if words and (words[0] not in ("PASS", "FAIL") or len(words) < 6):
+                raise FileError("%s: not a .chk file of mpfe, whose lines begin with PASS or FAIL: '%s'" % (path, line.strip()[:60]))
+            if words:
+                numbers = dict(zip(("value", "target", "difference", "tolerance"), numbers_of(path, words[2:6])))
                 out.append(dict(numbers, good=words[0] == "PASS", name=words[1], source=words[6] if len(words) > 6 else ""))
     return out
 

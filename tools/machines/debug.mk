@@ -11,3 +11,4 @@ CXXFLAGS = -O1 -g1 -march=$(MARCH) -fsanitize=address,undefined -fno-sanitize-re
            -fno-sanitize=null,object-size,alignment,vptr -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS
 LDFLAGS  = -fsanitize=address,undefined
 SUFFIX   = -debug
+ROOMS    = no

@@ -40,6 +40,19 @@ struct Crack : LawPoint {
   double normal_stiffness() const { return law.lam3 + 2.0 * law.mu; }
 };
 
+// the same of material that flows by Drucker and Prager, uniaxial compression at y
+struct FlowCrack : Crack {
+  FlowCrack(Plane plane, Softening s, double y, bool large) : Crack(plane, s)
+  {
+    m = material_of(LAW_DRUCKER_PRAGER, 0.3, {y, 2.0 * y}, {0.0, 0.1});
+    m.friction   = 1.0;
+    m.dilation   = 1.0;        // associated: the tangent is symmetric
+    law.kind     = LAW_COHESIVE_FLOW;
+    law.material = &m;
+    finite       = large;
+  }
+};
+
 const Softening softenings[] = {SOFTENING_LINEAR, SOFTENING_BILINEAR, SOFTENING_EXPONENTIAL};
 const Plane planes[] = {PLANE_NONE, PLANE_STRAIN, PLANE_STRESS};
 
@@ -92,7 +105,7 @@ TEST(Cohesive, TractionIsThatOfTheOpening)
       E[0] = traction(s, w) / b.normal_stiffness() + w / 0.1;
       b.go(E);
       EXPECT_NEAR(b.out.S[0], traction(s, w), 1e-12) << s << " " << w;
-      EXPECT_NEAR(crack_opening(b.h), w, 1e-13);
+      EXPECT_NEAR(crack_opening(b.law, b.h), w, 1e-13);
     }
     EXPECT_NEAR(b.h[HISTORY_DISSIPATED], 0.01 / 0.1, s == SOFTENING_EXPONENTIAL ? 4.1e-3 : 1e-12);
   }
@@ -154,10 +167,10 @@ TEST(Cohesive, StressAndTangentAreDerivatives)
         double E[6], h1[MAX_HISTORY] = {0};
         random_strain(gen, 0.03, plane, E);
         b.go(E);
-        if (crack_opening(b.h) == 0.0) continue;       // not a crack
+        if (crack_opening(b.law, b.h) == 0.0) continue;       // not a crack
         random_strain(gen, trial % 2 ? 0.05 : 0.02, plane, E);
         ASSERT_TRUE(b.at(E, b.out, h1));
-        if (crack_opening(h1) > crack_opening(b.h)) ++opened;
+        if (crack_opening(b.law, h1) > crack_opening(b.law, b.h)) ++opened;
         compare(b, plane, E, 2e-5, 2e-3);
       }
   EXPECT_GT(opened, 50);
@@ -182,9 +195,80 @@ TEST(Cohesive, BeginsToOpenWithItsTangent)
       double E[6], h1[MAX_HISTORY] = {0};
       random_strain(gen, 0.03, plane, E);
       ASSERT_TRUE(b.at(E, b.out, h1));
-      if (crack_opening(h1) == 0.0) continue;
+      if (crack_opening(b.law, h1) == 0.0) continue;
       ++opened;
       compare(b, plane, E, 1e-2, 0.1);
     }
   EXPECT_GT(opened, 5);
+}
+
+// what does not flow is the elastic law
+TEST(CohesiveFlow, WithoutFlowIsCohesive)
+{
+  std::mt19937 gen(11);
+  for (Softening s : softenings)
+    for (Plane plane : planes)
+      for (int trial = 0; trial < 20; ++trial) {
+        Crack a(plane, s);
+        FlowCrack b(plane, s, 1e4, false);
+        for (double size : {0.004, 0.02, 0.05}) {
+          double E[6];
+          random_strain(gen, size, plane, E);
+          a.go(E);
+          b.go(E);
+          EXPECT_NEAR(a.out.psi, b.out.psi, 1e-10);
+          EXPECT_NEAR(a.h[HISTORY_DISSIPATED], b.h[HISTORY_DISSIPATED], 1e-10);
+          for (int i = 0; i < 6; ++i) EXPECT_NEAR(a.out.S[i], b.out.S[i], 1e-9) << plane << i;
+          for (int i = 0; i < 36; ++i) EXPECT_NEAR(a.out.D[i], b.out.D[i], 1e-6) << plane << i;
+        }
+      }
+}
+
+// and what does not open is the cone alone
+TEST(CohesiveFlow, WithoutCrackIsTheCone)
+{
+  std::mt19937 gen(12);
+  for (bool large : {false, true})
+    for (Plane plane : planes)
+      for (int trial = 0; trial < 20; ++trial) {
+        FlowCrack a(plane, SOFTENING_LINEAR, 3.0, large), b(plane, SOFTENING_LINEAR, 3.0, large);
+        a.law.kind = LAW_DRUCKER_PRAGER;
+        b.law.crack.strength = 1e3;
+        for (double size : {0.01, 0.03}) {
+          double E[6];
+          random_strain(gen, size, plane, E);
+          a.go(E);
+          b.go(E);
+          EXPECT_NEAR(a.h[HISTORY_DISSIPATED], b.h[HISTORY_DISSIPATED], 1e-12);
+          for (int i = 0; i < 6; ++i) EXPECT_NEAR(a.out.S[i], b.out.S[i], 1e-9) << plane << i;
+          for (int i = 0; i < 36; ++i) EXPECT_NEAR(a.out.D[i], b.out.D[i], 1e-6) << plane << i;
+        }
+      }
+}
+
+// flow first, then a crack, then both: derivatives of energy and stress
+TEST(CohesiveFlow, StressAndTangentAreDerivatives)
+{
+  std::mt19937 gen(13);
+  int both = 0;
+  for (bool large : {false, true})
+    for (Plane plane : {PLANE_NONE, PLANE_STRAIN})
+      for (int trial = 0; trial < 240; ++trial) {
+        FlowCrack b(plane, SOFTENING_LINEAR, 3.0, large);
+        double E[6], h1[MAX_HISTORY] = {0};
+        random_strain(gen, 0.02, plane, E);
+        E[0] -= 0.03;
+        b.go(E);
+        random_strain(gen, 0.02, plane, E);
+        E[0] += 0.04;
+        b.go(E);
+        if (crack_opening(b.law, b.h) < 0.3 * crack_open(b.law.crack)) continue;
+        random_strain(gen, trial % 2 ? 0.05 : 0.03, plane, E);
+        ASSERT_TRUE(b.at(E, b.out, h1));
+        const int flow = law_field(law_of(b.law), HISTORY_EQUIVALENT);
+        if (h1[flow] == b.h[flow]) continue;
+        ++both;
+        compare(b, plane, E, 5e-5, 1e-2);
+      }
+  EXPECT_GT(both, 30);
 }

@@ -101,7 +101,7 @@ Model all_kinds()
 {
   Model m = plate(3);
   m.out_dir = "out";
-  m.heading = "two words";
+  m.notes.heading = "two words";
   m.param["k"] = 0.1;
   m.hash       = 0x123456789abcdef0u;
   const Expr shared = function("sin(k*x)+t");
@@ -132,9 +132,9 @@ Model all_kinds()
   m.step[0].load[0].value   = shared;
   m.step[0].print.resize(1);
   m.step[0].print[0].what = {"U", "RF"};
-  m.history.resize(1);
-  m.check.resize(1);
-  m.check[0].exact = function("x*y");
+  m.output.history.resize(1);
+  m.output.check.resize(1);
+  m.output.check[0].exact = function("x*y");
   m.part.halo.common = {{}, {1, 2}};
   return m;
 }
@@ -179,7 +179,7 @@ TEST(ModelArchive, FunctionsAreMadeAgain)
   EXPECT_NE(e.code, m.body[0].where.code);
   EXPECT_EQ(e.code, back.surface[0].where.code);
   EXPECT_EQ(e.code, back.step[0].load[0].value.code);
-  EXPECT_NE(e.code, back.check[0].exact.code);
+  EXPECT_NE(e.code, back.output.check[0].exact.code);
   EXPECT_TRUE(back.grid_bc[0].value.is_const());
   EXPECT_EQ(back.grid_bc[0].value.value, 0.25);
 }

@@ -323,8 +323,8 @@ TEST(Deck, material_points_grid_and_bonds)
   EXPECT_DOUBLE_EQ(a.m.grid_bc[0].position, -1.0);
   EXPECT_DOUBLE_EQ(a.m.grid_bc[1].position, -0.5);
   EXPECT_EQ(a.m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
-  EXPECT_EQ(a.m.history[0].body, 0);
-  EXPECT_EQ(a.m.history[1].grid_bc, 1);
+  EXPECT_EQ(a.m.output.history[0].body, 0);
+  EXPECT_EQ(a.m.output.history[1].grid_bc, 1);
 }
 
 TEST(Deck, gravity_on_elements_that_become_points_acts_on_the_body)
@@ -369,16 +369,16 @@ TEST(Deck, checks_and_history)
                         "*HISTORY, FREQUENCY=5\ntip, U2, 15\nr, RF1, PLATE_XMIN\ns, SMISES, AT, 0.5, 0.5\n"
                         "*CHECK, TYPE=FIELD, SOURCE=ANALYTIC, TIME=1, SCALE=3\nS11, \"x*y\", 5%\n");
   ASSERT_EQ(a.errors, 0) << a.text;
-  EXPECT_EQ(a.m.history_out.frequency, 5);
-  EXPECT_EQ(a.m.nset[a.m.history[0].nset].item, IntVec({14}));
-  EXPECT_EQ(a.m.history[1].reduce, REDUCE_SUM);
-  EXPECT_TRUE(a.m.history[2].at_point);
-  ASSERT_EQ(a.m.check.size(), 3u);
-  EXPECT_EQ(a.m.check[0].column, "TIP");
-  EXPECT_DOUBLE_EQ(a.m.check[0].tolerance, 0.08);
-  EXPECT_EQ(a.m.check[0].at, AT_MAX);
-  EXPECT_EQ(a.m.check[1].column, "kinetic");
-  EXPECT_DOUBLE_EQ(a.m.check[2].tolerance, 0.05);
+  EXPECT_EQ(a.m.output.history_at.frequency, 5);
+  EXPECT_EQ(a.m.nset[a.m.output.history[0].nset].item, IntVec({14}));
+  EXPECT_EQ(a.m.output.history[1].reduce, REDUCE_SUM);
+  EXPECT_TRUE(a.m.output.history[2].at_point);
+  ASSERT_EQ(a.m.output.check.size(), 3u);
+  EXPECT_EQ(a.m.output.check[0].column, "TIP");
+  EXPECT_DOUBLE_EQ(a.m.output.check[0].tolerance, 0.08);
+  EXPECT_EQ(a.m.output.check[0].at, AT_MAX);
+  EXPECT_EQ(a.m.output.check[1].column, "kinetic");
+  EXPECT_DOUBLE_EQ(a.m.output.check[2].tolerance, 0.05);
 }
 
 TEST(Deck, output_requests)
@@ -388,8 +388,8 @@ TEST(Deck, output_requests)
                         "NSET=PLATE_XMIN, TOTALS=YES\nRF, U\n*END STEP\n" +
                         step);
   ASSERT_EQ(a.errors, 0) << a.text;
-  EXPECT_TRUE(a.m.vtk.on);
-  EXPECT_EQ(a.m.vtk.frequency, 1);
+  EXPECT_TRUE(a.m.output.vtk.on);
+  EXPECT_EQ(a.m.output.vtk.frequency, 1);
   ASSERT_EQ(a.m.step[1].print.size(), 1u);
   EXPECT_TRUE(a.m.step[1].print[0].totals);
   EXPECT_EQ(a.m.step[1].print[0].what.size(), 2u);
@@ -697,8 +697,8 @@ TEST(Deck3, elements_by_hand_loads_and_history)
   EXPECT_EQ(l[5].dof, 2);
   EXPECT_EQ(a.m.surface[0].face.size(), 1u);
   EXPECT_EQ(a.m.initial[0].dof, 2);
-  ASSERT_EQ(a.m.history.size(), 4u);
-  EXPECT_EQ(a.m.history[2].X[2], 0.3);
+  ASSERT_EQ(a.m.output.history.size(), 4u);
+  EXPECT_EQ(a.m.output.history[2].X[2], 0.3);
 }
 
 TEST(Deck3, grid_points_and_bonds_without_elements)

@@ -1,0 +1,428 @@
+// *COUPLING and *RIGID BODY: nodes that follow a reference node, by equations: doc/theory.md 5.3
+//
+// The rotation of a reference node stands in the displacements of a node without elements, in the plane in
+// its first one. Directions 4 to 6 of *BOUNDARY and *CLOAD mean this node.
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "deck/deck_state.h"
+#include "shape/face.h"
+
+namespace {
+
+// the plane has one rotation, space three
+int turns(int dim) { return dim == 2 ? 1 : 3; }
+
+const char* keyword_of(const CouplingDef& c) { return c.kind == COUPLING_RIGID ? "RIGID BODY" : "COUPLING"; }
+
+void fault(Deck& d, const CouplingDef& c, const std::string& text)
+{
+  d.word = keyword_of(c);
+  deck_error(d, deck_field(d, c.place, ""), text);
+}
+
+double X_of(const Model& m, int n, int i) { return m.mesh.X[3 * static_cast<std::size_t>(n) + i]; }
+
+// u_i = u_ref_i + (theta x r)_i : coefficient of theta_k (plane: of the one rotation)
+double turn_coef(int dim, const double* r, int i, int k)
+{
+  if (dim == 2) return i == 0 ? -r[1] : r[0];
+  if (i == k) return 0.0;
+  const int j = 3 - i - k;                           // theta_k r_j in direction i
+  return (k + 1) % 3 == j ? r[j] : -r[j];
+}
+
+struct Weighed { int node; double weight; };
+
+// nodes of the surface with their shares of its area, as parts of 1; not the reference node
+std::vector<Weighed> surface_nodes(const Model& m, const CouplingDef& c)
+{
+  std::map<int, double> area;
+  for (const Face& f : m.surface[c.surface].face) {
+    const ShapeInfo& shape = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
+    const int n = shape.nfnode[f.face], kind = face_kind(m.dim, n);
+    double x[3 * MAX_FACE_NODES], N[MAX_FACE_NODES], normal[3];
+    const auto node = [&](int a) { return m.mesh.conn.begin(f.elem)[shape.face[f.face][a]]; };
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < 3; ++i) x[3 * a + i] = X_of(m, node(a), i);
+    const FaceRule& rule = face_rule(kind);
+    for (int g = 0; g < rule.n; ++g) {
+      face_eval(kind, rule.xi[g], N, nullptr);
+      const double w = rule.w[g] * face_area(kind, x, rule.xi[g], normal);
+      for (int a = 0; a < n; ++a) area[node(a)] += w * N[a];
+    }
+  }
+  area.erase(c.ref);
+  double sum = 0.0;
+  for (const auto& a : area) sum += a.second;
+  std::vector<Weighed> out;
+  for (const auto& a : area) out.push_back({a.first, a.second / sum});
+  return out;
+}
+
+std::vector<Weighed> element_nodes(const Model& m, const CouplingDef& c)
+{
+  std::set<int> node;
+  for (int e : m.elset[c.elset].item)
+    node.insert(m.mesh.conn.begin(e), m.mesh.conn.begin(e) + m.mesh.conn.count(e));
+  node.erase(c.ref);
+  std::vector<Weighed> out;
+  for (int n : node) out.push_back({n, 0.0});
+  return out;
+}
+
+int add_equation(Model& m, const CouplingDef& c, Equation e)
+{
+  e.place = c.place;
+  e.of    = EQUATION_COUPLING;
+  m.equation.push_back(std::move(e));
+  return static_cast<int>(m.equation.size()) - 1;
+}
+
+// what a step prescribes of the reference node and its rotation
+struct RefHeld {
+  bool held[6] = {}, zero[6] = {}, loaded[6] = {};
+};
+
+RefHeld ref_held(const CouplingDef& c, const Step& s)
+{
+  RefHeld h;
+  for (const Prescribed& b : s.prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last; ++i) {
+        if (n != c.ref && n != c.turn) continue;
+        const int k = n == c.ref ? i : 3 + i;
+        h.held[k] = true;
+        h.zero[k] = b.value.is_const() && b.value.value == 0.0;
+      }
+  for (const Load& l : s.load)
+    for (int n : l.node)
+      if (n == c.ref || n == c.turn) h.loaded[n == c.ref ? l.dof : 3 + l.dof] = true;
+  return h;
+}
+
+// ---- kinematic: each node as a part of one rigid body                                              (5.13)
+
+IntVec kinematic_equations(Model& m, const CouplingDef& c, const std::vector<Weighed>& node)
+{
+  IntVec out;
+  for (const Weighed& w : node)
+    for (int i = 0; i < m.dim; ++i) {
+      if (!c.held[i]) continue;
+      double r[3];
+      for (int j = 0; j < 3; ++j) r[j] = X_of(m, w.node, j) - X_of(m, c.ref, j);
+      Equation e;
+      e.term = {{w.node, i, 1.0}, {c.ref, i, -1.0}};
+      for (int k = 0; k < turns(m.dim); ++k) {
+        const double coef = turn_coef(m.dim, r, i, k);
+        if (coef != 0.0) e.term.push_back({c.turn, k, -coef});
+      }
+      out.push_back(add_equation(m, c, e));
+    }
+  return out;
+}
+
+bool all_still(const RefHeld& h, int dim)
+{
+  for (int k = 0; k < turns(dim); ++k)
+    if (!h.held[3 + k] || !h.zero[3 + k]) return false;
+  return true;
+}
+
+std::set<std::pair<int, int>> taken_dofs(const Model& m, const Step& s)
+{
+  std::set<std::pair<int, int>> out;
+  for (const Prescribed& b : s.prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last; ++i) out.insert({n, i});
+  for (int k : s.equation) out.insert({m.equation[k].term[0].node, m.equation[k].term[0].dof});
+  return out;
+}
+
+// nothing but the reference node may hold a rigid body; false: told
+bool nodes_free(Deck& d, const Model& m, const CouplingDef& c, const std::vector<Weighed>& node,
+                const Step& s)
+{
+  const std::set<std::pair<int, int>> taken = taken_dofs(m, s);
+  for (const Weighed& w : node)
+    for (int i = 0; i < m.dim; ++i) {
+      if (!taken.count({w.node, i})) continue;
+      fault(
+          d, c,
+          text_format(
+              "direction %d of node %d of the body is prescribed, or given by another equation or body: hold "
+              "the reference node instead",
+              i + 1, m.mesh.node_label[w.node]));
+      return false;
+    }
+  return true;
+}
+
+void couple_kinematic(Deck& d, Model& m, const CouplingDef& c, const std::vector<Weighed>& node)
+{
+  const IntVec equation = kinematic_equations(m, c, node);
+  const bool rigid = c.kind == COUPLING_RIGID;
+  bool told = false;
+  for (Step& s : m.step) {
+    if (rigid && !nodes_free(d, m, c, node, s)) return;
+    if (rigid && s.nlgeom && s.explicit_steps()) continue;          // its nodes turn as one there: (6.41)
+    s.equation.insert(s.equation.end(), equation.begin(), equation.end());
+    if (!s.nlgeom || told || all_still(ref_held(c, s), m.dim)) continue;
+    told = true;
+    fault(d, c,
+          std::string(
+              "with NLGEOM the nodes would have to turn by finite angles, which equations cannot do: hold "
+              "the rotation of the reference node (*BOUNDARY, direction") +
+              (m.dim == 2 ? " 6)" : "s 4 to 6)") +
+              (rigid ? ", take *DYNAMIC, EXPLICIT, or stiff elements in place of the rigid body"
+                     : ", take *DISTRIBUTING, or leave NLGEOM out"));
+  }
+}
+
+// ---- distributing: the reference node follows the mean of the surface                              (5.14)
+
+struct Cloud {
+  double centre[3] = {0, 0, 0};
+  double inverse[3][3] = {};   // of the moments sum w (r.r I - r r), plane: one number
+  double size = 0.0;
+  bool turns = true;           // a rotation is defined
+};
+
+bool invert(double a[3][3], double b[3][3])
+{
+  const auto minor = [&](int i, int j) {
+    const int p = (i + 1) % 3, q = (i + 2) % 3, r = (j + 1) % 3, s = (j + 2) % 3;
+    return a[p][r] * a[q][s] - a[p][s] * a[q][r];
+  };
+  const double det = a[0][0] * minor(0, 0) + a[0][1] * minor(0, 1) + a[0][2] * minor(0, 2);
+  const double trace = a[0][0] + a[1][1] + a[2][2];
+  if (det <= 1e-9 * trace * trace * trace) return false;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b[j][i] = minor(i, j) / det;
+  return true;
+}
+
+Cloud cloud_of(const Model& m, const std::vector<Weighed>& node)
+{
+  Cloud c;
+  for (const Weighed& w : node)
+    for (int i = 0; i < 3; ++i) c.centre[i] += w.weight * X_of(m, w.node, i);
+  double J[3][3] = {}, sum = 0.0;
+  for (const Weighed& w : node) {
+    double r[3], rr = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      r[i] = X_of(m, w.node, i) - c.centre[i];
+      rr += r[i] * r[i];
+    }
+    sum += w.weight * rr;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) J[i][j] += w.weight * ((i == j) * rr - r[i] * r[j]);
+  }
+  c.size = std::sqrt(sum);
+  if (m.dim == 2) {
+    c.turns = sum > 0.0;
+    c.inverse[0][0] = c.turns ? 1.0 / sum : 0.0;
+  } else {
+    c.turns = invert(J, c.inverse);
+  }
+  return c;
+}
+
+using Row = std::map<std::pair<int, int>, double>;           // (node, direction) -> coefficient
+
+// the rotation about axis k that fits the displacements best
+Row turn_row(const Model& m, const Cloud& c, const std::vector<Weighed>& node, int k)
+{
+  Row row;
+  for (const Weighed& w : node)
+    for (int i = 0; i < m.dim; ++i) {
+      double r[3], sum = 0.0;
+      for (int j = 0; j < 3; ++j) r[j] = X_of(m, w.node, j) - c.centre[j];
+      for (int l = 0; l < turns(m.dim); ++l) sum += c.inverse[k][l] * turn_coef(m.dim, r, i, l);
+      if (sum != 0.0) row[{w.node, i}] += w.weight * sum;
+    }
+  return row;
+}
+
+// what direction i of the reference node follows
+Row mean_row(const Model& m, const CouplingDef& def, const Cloud& c, const std::vector<Weighed>& node, int i)
+{
+  Row row;
+  for (const Weighed& w : node) row[{w.node, i}] += w.weight;
+  double arm[3];
+  for (int j = 0; j < 3; ++j) arm[j] = X_of(m, def.ref, j) - c.centre[j];
+  for (int k = 0; k < turns(m.dim) && def.held[m.dim == 2 ? 5 : 3 + k]; ++k) {
+    const double coef = turn_coef(m.dim, arm, i, k);
+    if (coef == 0.0) continue;
+    for (const auto& t : turn_row(m, c, node, k)) row[t.first] += coef * t.second;
+  }
+  return row;
+}
+
+// rows of prescribed directions are solved for the nodes of the surface: the largest coefficient each, as
+// Gauss and Jordan do. False: there are not enough free nodes.
+bool pivot_rows(std::vector<Row>& row, const std::set<std::pair<int, int>>& taken,
+                std::vector<std::pair<int, int>>& pivot)
+{
+  pivot.assign(row.size(), {-1, -1});
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    double largest = 0.0, size = 0.0;
+    for (const auto& t : row[k]) {
+      size = std::max(size, std::fabs(t.second));
+      if (taken.count(t.first) || std::fabs(t.second) <= largest * (1.0 + 1e-12)) continue;
+      largest = std::fabs(t.second);
+      pivot[k] = t.first;
+    }
+    if (largest <= 1e-6 * size) return false;
+    const double by = row[k][pivot[k]];
+    for (auto& t : row[k]) t.second /= by;
+    for (std::size_t l = 0; l < row.size(); ++l) {
+      const auto at = row[l].find(pivot[k]);
+      if (l == k || at == row[l].end()) continue;
+      const double f = at->second;
+      for (const auto& t : row[k]) row[l][t.first] -= f * t.second;
+      row[l].erase(pivot[k]);
+    }
+  }
+  return true;
+}
+
+// equations of a step; false: too many nodes of the surface are held
+bool distributing_equations(Model& m, const CouplingDef& c, const Cloud& cloud,
+                            const std::vector<Weighed>& node, const RefHeld& h, Step& s)
+{
+  std::set<std::pair<int, int>> taken = taken_dofs(m, s);
+  for (int n : {c.ref, c.turn})
+    for (int i = 0; i < m.dim; ++i) taken.insert({n, i});
+  std::vector<Row> held;
+  for (int q = 0; q < m.dim + turns(m.dim); ++q) {
+    const bool turn = q >= m.dim;
+    const int k = turn ? q - m.dim : q;
+    if (!c.held[turn ? (m.dim == 2 ? 5 : 3 + k) : k] || (turn && !cloud.turns)) continue;
+    Row row = turn ? turn_row(m, cloud, node, k) : mean_row(m, c, cloud, node, k);
+    const int own = turn ? c.turn : c.ref;
+    if (h.held[turn ? 3 + k : k]) {
+      row[{own, k}] -= 1.0;
+      held.push_back(row);
+      continue;
+    }
+    Equation e;
+    e.term.push_back({own, k, 1.0});
+    for (const auto& t : row) e.term.push_back({t.first.first, t.first.second, -t.second});
+    s.equation.push_back(add_equation(m, c, e));
+  }
+  std::vector<std::pair<int, int>> pivot;
+  if (!pivot_rows(held, taken, pivot)) return false;
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    Equation e;
+    e.term.push_back({pivot[k].first, pivot[k].second, 1.0});
+    for (const auto& t : held[k])
+      if (t.first != pivot[k] && t.second != 0.0) e.term.push_back({t.first.first, t.first.second, t.second});
+    s.equation.push_back(add_equation(m, c, e));
+  }
+  return true;
+}
+
+// with NLGEOM the mean displacement alone is linear; false: told
+bool linear_enough(Deck& d, const Model& m, const CouplingDef& c, const Cloud& cloud, const RefHeld& h)
+{
+  bool moved = false, turned = false;
+  for (int k = 0; k < 3; ++k) {
+    moved = moved || h.held[k] || h.loaded[k];
+    turned = turned || h.held[3 + k] || h.loaded[3 + k];
+  }
+  double arm = 0.0;
+  for (int j = 0; j < 3; ++j) arm += std::pow(X_of(m, c.ref, j) - cloud.centre[j], 2);
+  const bool arms = moved && c.held[5] && std::sqrt(arm) > 1e-6 * cloud.size;
+  if (!turned && !arms) return true;
+  fault(d, c,
+        std::string("with NLGEOM the mean rotation of the surface is no linear equation: ") +
+            (turned ? "leave rotation and moment of the reference node out, or NLGEOM"
+                    : "put the reference node at the centre of the surface, " +
+                          position_text(cloud.centre, m.dim) +
+                          ", or couple directions 1 to 3 alone (data line of *DISTRIBUTING: 1, 3)"));
+  return false;
+}
+
+void couple_distributing(Deck& d, Model& m, const CouplingDef& c, const std::vector<Weighed>& node)
+{
+  const Cloud cloud = cloud_of(m, node);
+  for (Step& s : m.step) {
+    const RefHeld h = ref_held(c, s);
+    if (!cloud.turns)
+      for (int k = 0; k < 3; ++k)
+        if (h.held[3 + k] || h.loaded[3 + k])
+          return fault(d, c, "the nodes of the surface lie on a line or in a point, which has no rotation");
+    if (s.nlgeom && !linear_enough(d, m, c, cloud, h)) return;
+    if (!distributing_equations(m, c, cloud, node, h, s))
+      return fault(
+          d, c,
+          "the motion of the reference node is prescribed, but supports or other equations hold the nodes of "
+          "the surface already; release one of the two");
+  }
+}
+
+void couple(Deck& d, Model& m, const CouplingDef& c)
+{
+  if (c.ref < 0 || (c.kind == COUPLING_RIGID ? c.elset : c.surface) < 0) return;
+  if (c.kind != COUPLING_RIGID && m.surface[c.surface].body >= 0)
+    return fault(d, c,
+                 "surface " + m.surface[c.surface].name +
+                     " is the boundary of a body of material points, which has "
+                     "no nodes; couple a surface of elements");
+  const std::vector<Weighed> node = c.kind == COUPLING_RIGID ? element_nodes(m, c) : surface_nodes(m, c);
+  if (c.kind == COUPLING_DISTRIBUTING) couple_distributing(d, m, c, node);
+  else couple_kinematic(d, m, c, node);
+  if (c.kind == COUPLING_RIGID) {
+    RigidBody b{{}, c.ref, c.turn, c.place};
+    for (const Weighed& w : node) b.node.push_back(w.node);
+    m.rigid.push_back(b);
+  }
+  m.notes.tied.push_back(text_format("%s  %s: %zu nodes follow node %d", keyword_of(c), c.name.c_str(),
+                                     node.size(), m.mesh.node_label[c.ref]));
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// coupling_turn : makes the node that holds the rotation of the reference node, and the set NAME_ROTATION
+// ---------------------------------------------------------------------------
+void coupling_turn(Deck& d, Model& m, CouplingDef& c)
+{
+  if (c.ref >= 0) return;
+  IntVec node;
+  if (!target_nodes(d, m, c.ref_at, node)) return;
+  if (node.size() != 1)
+    return deck_error(d, c.ref_at, text_format("set ") + text_show(c.ref_at.text) +
+                      text_format(" has %zu nodes; the reference node is one", node.size()));
+  for (const CouplingDef& other : d.coupling)
+    if (other.ref == node[0]) c.turn = other.turn;           // one node, one rotation
+  c.ref = node[0];
+  if (c.turn < 0) {
+    const int label = -2000000000 + static_cast<int>(&c - d.coupling.data());
+    const double x = X_of(m, c.ref, 0), y = X_of(m, c.ref, 1), z = X_of(m, c.ref, 2);
+    c.turn = mesh_add_node(d, m, label, x, y, z, deck_field(d, c.place, ""));
+  }
+  IntVec one{c.turn};
+  set_merge(m.nset, c.name + "_ROTATION", one, c.place);
+}
+
+int coupling_turn_of(Deck& d, Model& m, int node)
+{
+  for (CouplingDef& c : d.coupling) {
+    coupling_turn(d, m, c);
+    if (c.ref == node) return c.turn;
+  }
+  return -1;
+}
+
+// ---------------------------------------------------------------------------
+// coupling_resolve : equations of all couplings and rigid bodies
+// ---------------------------------------------------------------------------
+void coupling_resolve(Deck& d, Model& m)
+{
+  for (const CouplingDef& c : d.coupling) couple(d, m, c);
+}

@@ -1,0 +1,294 @@
+// *TIE: surfaces that do not match become equations between their nodes, step by step: doc/theory.md 5.2
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "deck/deck_state.h"
+#include "shape/mortar.h"
+
+namespace {
+
+// default of POSITION TOLERANCE, in mean sizes of the master faces; how much further apart points inside the
+// faces may be than nodes
+const double TOLERANCE = 0.05, INSIDE = 2.0;
+const int NAMED = 5;           // nodes that a warning names
+
+void fault(Deck& d, const TieDef& t, const std::string& text)
+{
+  d.word = "TIE";
+  deck_error(d, deck_field(d, t.place, ""), text);
+}
+
+void doubt(Deck& d, const TieDef& t, const std::string& text)
+{
+  d.word = "TIE";
+  deck_warn(d, deck_field(d, t.place, ""), text);
+}
+
+// faces of a surface that a tie can hold; none: why not is told
+std::vector<MortarFace> faces_of(Deck& d, const Model& m, const TieDef& t, int surface)
+{
+  std::vector<MortarFace> out;
+  const Surface& s = m.surface[surface];
+  if (s.body >= 0) {
+    fault(d, t,
+          "surface " + s.name +
+              " is the boundary of a body of material points, which has no nodes that a tie "
+              "could hold; tie elements to points by *BOND");
+    return out;
+  }
+  for (const Face& f : s.face) {
+    const int type = m.mesh.elem_type[f.elem];
+    const ShapeInfo& shape = shape_info[elem_table[type].shape];
+    if (elem_quadratic(type)) {
+      fault(d, t,
+            text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + s.name + " is a " +
+                elem_table[type].name +
+                ": faces of quadratic elements cannot be tied; take linear elements there, "
+                "or meshes that share their nodes");
+      return {};
+    }
+    MortarFace face{shape.nfnode[f.face], {0, 0, 0, 0}};
+    for (int a = 0; a < face.n; ++a) face.node[a] = m.mesh.conn.begin(f.elem)[shape.face[f.face][a]];
+    out.push_back(face);
+  }
+  return out;
+}
+
+IntVec nodes_of(const std::vector<MortarFace>& face)
+{
+  std::set<int> node;
+  for (const MortarFace& f : face) node.insert(f.node, f.node + f.n);
+  return IntVec(node.begin(), node.end());
+}
+
+std::string named(const Model& m, const IntVec& node)
+{
+  std::string text;
+  for (std::size_t k = 0; k < node.size() && k < NAMED; ++k)
+    text += (k ? ", " : "") + std::to_string(m.mesh.node_label[node[k]]);
+  return text + (node.size() > NAMED ? ", ..." : "");
+}
+
+// A tie with the equations of its nodes, before supports are looked at
+struct Tied {
+  std::vector<MortarRow> row;                        // of the nodes that are tied
+  std::map<int, int> row_of;                         // node -> row
+  std::map<int, std::set<int>> beside;               // node -> tied nodes that share a slave face with it
+  std::set<int> common;                              // of these: nodes of both surfaces
+  double gap = 0.0;                                  // largest distance of a tied node
+  int nodes = 0;                                     // of the slave surface
+};
+
+// nodes within the tolerance that are opposite a master face; the others are named
+Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<MortarFace>& slave,
+                const std::vector<MortarFace>& master)
+{
+  Tied out;
+  const RealVec& X = m.mesh.X;
+  const double size = mortar_size(m.dim, X, master);
+  const double tolerance = t.tolerance > 0.0 ? t.tolerance : TOLERANCE * size;
+  const IntVec node = nodes_of(slave), other = nodes_of(master);
+  const RealVec distance = mortar_distances(X, node, master, 2.0 * tolerance);
+  const std::vector<MortarRow> row = mortar_rows(X, slave, master, INSIDE * tolerance);
+  std::map<int, const MortarRow*> row_of;
+  for (const MortarRow& r : row) row_of[r.node] = &r;
+  IntVec free;
+  for (std::size_t k = 0; k < node.size(); ++k) {
+    const auto r = row_of.find(node[k]);
+    if (distance[k] > tolerance || r == row_of.end()) {
+      free.push_back(node[k]);
+      continue;
+    }
+    if (std::binary_search(other.begin(), other.end(), node[k])) out.common.insert(node[k]);
+    out.gap = std::max(out.gap, distance[k]);
+    out.row_of[node[k]] = static_cast<int>(out.row.size());
+    out.row.push_back(*r->second);
+  }
+  out.nodes = static_cast<int>(node.size());
+  for (const MortarFace& f : slave)
+    for (int a = 0; a < f.n; ++a)
+      for (int b = 0; b < f.n; ++b)
+        if (a != b && out.row_of.count(f.node[b])) out.beside[f.node[a]].insert(f.node[b]);
+  if (out.row.size() == out.common.size())
+    fault(d, t,
+          text_format("no node of the slave surface lies within %.4g of a master face that faces it; look at "
+                      "the two surfaces, and at POSITION TOLERANCE",
+                      tolerance));
+  else if (!free.empty())
+    doubt(d, t,
+          text_format("%zu of %zu slave nodes are not tied, since no master face that faces them lies within "
+                      "%.4g: ",
+                      free.size(), node.size(), tolerance) +
+              named(m, free) +
+              "; a larger POSITION TOLERANCE ties them, or exchange the surfaces where the slave is the "
+              "larger one");
+  return out;
+}
+
+// slave nodes move to where the equations have them at t = 0, so that tied bodies turn without strain (5.12)
+double adjust(Model& m, const Tied& t)
+{
+  double largest = 0.0;
+  RealVec X = m.mesh.X;
+  for (const MortarRow& r : t.row) {
+    if (t.common.count(r.node)) continue;
+    double moved = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      double x = 0.0;
+      for (const auto& q : r.master) x += q.second * m.mesh.X[3 * static_cast<std::size_t>(q.first) + i];
+      double& own = X[3 * static_cast<std::size_t>(r.node) + i];
+      moved += (x - own) * (x - own);
+      own = x;
+    }
+    largest = std::max(largest, std::sqrt(moved));
+  }
+  m.mesh.X.swap(X);
+  return largest;
+}
+
+// ---- equations of a step
+
+// dofs that something else gives already: supports, other equations   [3 node + direction]
+std::set<long> held_dofs(const Model& m, const Step& s)
+{
+  std::set<long> held;
+  for (const Prescribed& b : s.prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last; ++i) held.insert(3L * n + i);
+  for (int k : s.equation) held.insert(3L * m.equation[k].term[0].node + m.equation[k].term[0].dof);
+  return held;
+}
+
+// the nearest tied nodes that are not held in a direction, in rings of slave faces
+IntVec takers(const Tied& t, const std::set<long>& held, int node, int i)
+{
+  std::set<int> seen{node}, ring{node};
+  while (!ring.empty()) {
+    std::set<int> next;
+    IntVec out;
+    for (int n : ring) {
+      const auto beside = t.beside.find(n);
+      if (beside == t.beside.end()) continue;
+      for (int b : beside->second)
+        if (seen.insert(b).second) {
+          next.insert(b);
+          if (!held.count(3L * b + i)) out.push_back(b);
+        }
+    }
+    if (!out.empty()) return out;
+    ring.swap(next);
+  }
+  return {};
+}
+
+// D u_s + sum over held h of part D_h u_h = sum of (D c_sm + part D_h c_hm) u_m                       (5.11)
+std::vector<Equation> equations_of(const Tied& t, const std::set<long>& held, int dim, const Place& place)
+{
+  std::vector<Equation> out;
+  for (int i = 0; i < dim; ++i) {
+    std::vector<std::map<int, double>> sum(t.row.size());      // of each row: node -> coefficient
+    const auto add = [&](int to, const MortarRow& r, double part) {
+      sum[to][r.node] += part * r.area;
+      for (const auto& q : r.master) sum[to][q.first] -= part * r.area * q.second;
+    };
+    for (std::size_t k = 0; k < t.row.size(); ++k) {
+      if (!held.count(3L * t.row[k].node + i)) {
+        add(static_cast<int>(k), t.row[k], 1.0);
+        continue;
+      }
+      const IntVec to = takers(t, held, t.row[k].node, i);
+      for (int n : to) add(t.row_of.at(n), t.row[k], 1.0 / static_cast<double>(to.size()));
+    }
+    for (std::size_t k = 0; k < t.row.size(); ++k) {
+      if (held.count(3L * t.row[k].node + i)) continue;
+      Equation e;
+      e.place = place;
+      e.of    = EQUATION_TIE;
+      const double own = sum[k][t.row[k].node];
+      e.term.push_back({t.row[k].node, i, 1.0});
+      for (const auto& q : sum[k])
+        if (q.first != t.row[k].node && q.second != 0.0) e.term.push_back({q.first, i, q.second / own});
+      out.push_back(e);
+    }
+  }
+  return out;
+}
+
+// what is held differs from step to step only where supports do
+void add_equations(Model& m, const TieDef& def, const Tied& t)
+{
+  std::map<std::set<long>, IntVec> made;
+  for (Step& s : m.step) {
+    std::set<long> held;
+    for (long dof : held_dofs(m, s))
+      if (t.row_of.count(static_cast<int>(dof / 3))) held.insert(dof);
+    for (int n : t.common)
+      for (int i = 0; i < m.dim; ++i) held.insert(3L * n + i);
+    const auto known = made.find(held);
+    if (known == made.end()) {
+      IntVec& list = made[held];
+      for (Equation& e : equations_of(t, held, m.dim, def.place)) {
+        list.push_back(static_cast<int>(m.equation.size()));
+        m.equation.push_back(std::move(e));
+      }
+    }
+    const IntVec& list = made[held];
+    s.equation.insert(s.equation.end(), list.begin(), list.end());
+  }
+}
+
+// general contact leaves alone what is tied
+void exclude(Model& m, const TieDef& t)
+{
+  const int general = model_general_contact(m);
+  if (general < 0) return;
+  ContactRule r;
+  r.a.surface = t.slave;
+  r.b.surface = t.master;
+  m.bond[general].contact.exclude.push_back(r);
+}
+
+void tie(Deck& d, Model& m, const TieDef& def)
+{
+  if (def.slave < 0 || def.master < 0 || def.slave == def.master) return;
+  const std::vector<MortarFace> slave = faces_of(d, m, def, def.slave),
+                                master = faces_of(d, m, def, def.master);
+  if (slave.empty() || master.empty()) return;
+  const Tied t = tied_nodes(d, m, def, slave, master);
+  if (t.row.empty()) return;
+  for (const Frame& f : m.frame)
+    if (f.twin >= 0 && t.row_of.count(f.node))
+      return fault(
+          d, def,
+          text_format("slave node %d has directions of its own (*TRANSFORM), and is supported or loaded in "
+                      "them; exchange slave and master surface",
+                      m.mesh.node_label[f.node]));
+  const double moved = def.adjust ? adjust(m, t) : 0.0;
+  const double size = mortar_size(m.dim, m.mesh.X, slave);
+  bool turns = false;
+  for (const Step& s : m.step) turns = turns || s.nlgeom;
+  if (!def.adjust && turns && t.gap > 1e-6 * size)
+    doubt(d, def,
+          text_format(
+              "tied nodes are up to %.3g away from their faces and stay there (ADJUST=NO): turned by an "
+              "angle, they are strained by up to this angle times %.3g; ADJUST=YES moves them",
+              t.gap, t.gap / size));
+  add_equations(m, def, t);
+  exclude(m, def);
+  m.notes.tied.push_back(text_format("TIE  %s: %zu of %d slave nodes are tied, %.3g or less from their faces",
+                                     def.name.c_str(), t.row.size(), t.nodes, t.gap) +
+                         (moved > 1e-12 * size ? text_format("; moved there by up to %.3g", moved) : ""));
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// tie_resolve : equations of all ties. A node that two ties have as a slave follows the first one.
+// ---------------------------------------------------------------------------
+void tie_resolve(Deck& d, Model& m)
+{
+  for (const TieDef& t : d.tie) tie(d, m, t);
+}

@@ -1,0 +1,172 @@
+// ---------------------------------------------------------------------------
+// law_cohesive_flow.cpp : a crack that opens against a cohesion in material that flows  (doc/theory.md 2.6)
+//
+// law_cohesive.cpp with the cone of law_drucker_prager.cpp as the law of what is beside the crack. All of it is
+// in the principal elastic strains e of the trial, one of which the opening w reduces:
+//
+//   tau = cone(e - w/b N),  tau_N = f(k)/k w                                                         (2.41)
+//
+// What presses flows, what pulls opens. STIFFNESS is a part of the elastic stiffness that stays across the
+// crack.
+// ---------------------------------------------------------------------------
+#include <algorithm>
+#include <cmath>
+
+#include "mat/crack.h"
+#include "mat/hencky.h"
+
+namespace {
+
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+
+enum { CRACK = FLOW_EQUIVALENT + 1, FLOW_WORK = CRACK + CRACK_OPENING + 1 };     // history, after the flow
+const int MOST_TRIALS = 200;         // for an opening
+const double SAME  = 1e-14;          // of an opening
+// of the elastic stiffness: what gives way at least, where material that flows lets its crack snap
+const double STIFF = 1e-3;
+
+// The crack and what is beside it, at one strain
+struct Opened {
+  ConeState beside;
+  double width = 0.0;          // across the crack
+  double w = 0.0, k = 0.0;     // opening, the largest so far
+  double s = 0.0;              // traction over w
+  double flexible = 0.0;       // dw/dt
+  double stored() const { return beside.psi + (width > 0.0 ? 0.5 * s * w * w / width : 0.0); }
+};
+
+// The state before it opens
+struct Closed {
+  const MatLaw& law;
+  Vec3 e;                      // trial
+  double a;                    // equivalent plastic strain
+  int axis;                    // the one that opens
+  double width;
+
+  double elastic() const { return (law.lam3 + 2.0 * law.mu) / width; }
+  double left() const { return law.c * elastic(); }
+  ConeState at(double w) const
+  {
+    Vec3 x = e;
+    if (w != 0.0) x(axis) -= w / width;
+    return cone_state(law, x, a);
+  }
+  // traction across a crack that grows to w, and over w when it has been open to k: force/length^2, /length
+  double traction(double w) const { return cohesion(law.crack, w).f + left() * w; }
+  double secant(double k) const { return cohesion(law.crack, k).f / k + left(); }
+};
+
+// w where the stress beside the crack is the traction across it; it grows beyond k, or is below
+double opening(const Closed& c, double k, bool grows)
+{
+  const auto excess = [&](double w, double* slope) {
+    const ConeState b = c.at(w);
+    *slope = -b.c(c.axis, c.axis) / c.width -
+             (grows ? cohesion(c.law.crack, w).slope + c.left() : c.secant(k));
+    return b.tau(c.axis) - (grows ? c.traction(w) : c.secant(k) * w);
+  };
+  double lo = grows ? k : 0.0, hi = k, slope;
+  if (grows)
+    for (hi = std::max(2.0 * k, c.at(0.0).tau(c.axis) / c.elastic()); excess(hi, &slope) > 0.0;) hi *= 2.0;
+  double w = lo;
+  for (int i = 0; i < MOST_TRIALS && hi - lo > SAME * hi; ++i) {
+    const double more = excess(w, &slope);
+    (more > 0.0 ? lo : hi) = w;
+    const double next = slope < 0.0 ? w - more / slope : lo - 1.0;
+    if (std::fabs(next - w) <= SAME * hi) return next;
+    w = next > lo && next < hi ? next : 0.5 * (lo + hi);
+  }
+  return w;
+}
+
+// (2.41) of a crack whose largest opening so far is k
+Opened open(const Closed& c, double k)
+{
+  Opened o;
+  o.beside = c.at(0.0);
+  o.width  = c.width;
+  o.k      = k;
+  if (o.beside.tau(c.axis) <= (k > 0.0 ? 0.0 : crack_strength(c.law.crack))) return o;
+  const bool grows = k == 0.0 || c.at(k).tau(c.axis) > c.traction(k);
+  o.w      = opening(c, k, grows);
+  o.k      = std::max(k, o.w);
+  o.beside = c.at(o.w);
+  const bool onward = c.law.crack.tangent == CRACK_ONWARD && o.w >= (1.0 - AT_LARGEST) * o.k;
+  o.s               = c.secant(o.k);
+  const bool secant = c.law.crack.tangent == CRACK_SECANT || !(grows || onward);
+  const double gives =
+      o.beside.c(c.axis, c.axis) / c.width + (secant ? o.s : cohesion(c.law.crack, o.k).slope + c.left());
+  o.flexible = 1.0 / std::max(gives, STIFF * c.elastic());
+  return o;
+}
+
+// the axis of the largest stress; in the plane one of those of the plane
+int axis_of(const CrackLaw& c, const HenckyTrial& t, const Vec3& tau)
+{
+  int best = -1;
+  for (int i = 0; i < 3; ++i)
+    if ((c.dim == 3 || std::fabs(t.n(2, i)) < 0.5) && (best < 0 || tau(i) > tau(best))) best = i;
+  return best;
+}
+
+// the normal of the crack at t = 0
+Vec3 normal_of(const HenckyTrial& t, int axis) { return (t.L * t.n.col(axis)).normalized(); }
+
+// the width follows the normal until the crack settles: the state from which the next increment begins, whose
+// stored energy it is; what that changes is dissipated
+void follow(const Closed& c, const HenckyTrial& t, const Opened& o, double* h, LawOutput& out)
+{
+  Closed next{c.law, o.beside.e, o.beside.equivalent, c.axis, crack_width(c.law.crack, normal_of(t, c.axis).data())};
+  next.e(c.axis) += o.w / c.width;
+  const Opened then    = open(next, o.k);
+  h[CRACK_WIDTH] = next.width;
+  out.dissipated += out.psi - then.stored() - then.beside.dissipated;
+  out.psi = then.stored();
+}
+
+}  // namespace
+
+bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                       bool tangent, LawOutput& out)
+{
+  const CrackLaw& crack = law.crack;
+  std::copy_n(h_n, FLOW_WORK + 1, h_np1);
+  // 1. trial
+  HenckyTrial t;
+  if (!finite) hencky_small(E, h_n, t);
+  else if (!hencky_trial(E, h_n, t)) return false;
+  Closed c{law, t.e, h_n[FLOW_EQUIVALENT], 0, h_n[CRACK + CRACK_WIDTH]};
+  Opened o;
+  o.beside = c.at(0.0);
+  const Vec3 tau = o.beside.tau;
+  // 2. the crack
+  const double k = h_n[CRACK + CRACK_OPENING];
+  c.axis = axis_of(crack, t, tau);
+  if (c.width > 0.0 || tau(c.axis) > crack_strength(crack)) {
+    if (c.width == 0.0) c.width = crack_width(crack, normal_of(t, c.axis).data());
+    o = open(c, k);
+  }
+  hencky_stress(t, o.beside.tau, out.S);
+  out.psi        = o.stored();
+  out.dissipated = o.beside.dissipated;
+  // 3. history
+  h_np1[FLOW_EQUIVALENT] = o.beside.equivalent;
+  h_np1[FLOW_WORK]       = h_n[FLOW_WORK] + o.beside.dissipated;
+  Vec3 end = o.beside.e;
+  if (o.w > 0.0) end(c.axis) += o.w / o.width;
+  if (o.beside.flows) hencky_flow(t, end, h_np1);
+  if (o.k > 0.0) {
+    Eigen::Map<Vec3>(h_np1 + CRACK + CRACK_NORMAL) = normal_of(t, c.axis);
+    h_np1[CRACK + CRACK_WIDTH]   = o.width;
+    h_np1[CRACK + CRACK_OPENING] = o.k;
+    out.dissipated += (dissipated_to(crack, o.k) - dissipated_to(crack, k)) / o.width;
+    if (o.w > 0.0 && o.k < SETTLES * crack_open(crack)) follow(c, t, o, h_np1 + CRACK, out);
+  }
+  // 4. tangent
+  if (!tangent) return true;
+  Mat3 D = o.beside.c;
+  if (o.w > 0.0) D -= o.flexible / o.width * D.col(c.axis) * D.row(c.axis);
+  hencky_tangent(t, crack.tangent == CRACK_SECANT ? tau : o.beside.tau, D, out.D);
+  return true;
+}
