@@ -41,13 +41,13 @@ struct ArchivePart {           // items of this rank
   bool all = false;            // each rank has all items
   int whole = 0;               // items of all ranks
   IntVec item;                 // index of each among the items of all ranks, ascending
-  // ragged: item i has units[i] places in the array, and none when no rank has it (reading: the file is no
-  // good then); else one
+  // ragged: item i has units[i] entries in the array, and none if no rank has it (reading: the file is then
+  // invalid); else one
   bool ragged = false;
   IntVec units;
   long all_units = 0;          // reading: of all items; 0: of those that ranks bring
   std::vector<char> brings;    // this rank writes the item; empty: it writes all
-  // where each, or its first place, stands in the array of this rank; empty: in that order
+  // index of each item, or of its first entry, in the array of this rank; empty: in that order
   IntVec at;
   // reading: item are those that this rank takes, by their index and a number that the file has of each
   std::function<bool(int, int)> takes;

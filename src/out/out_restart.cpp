@@ -116,7 +116,7 @@ void rename_file(const std::string& fresh, const std::string& path)
   close(handle);
 }
 
-// behind a frame that is known when the content is
+// begins a file with a header that is completed once the content is known
 void begin_file(const std::string& fresh, Archive& f)
 {
   FileHead frame = {};
@@ -485,7 +485,7 @@ bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by)
   Archive f;
   RealVec near;
   Division d;
-  log_mute(true);              // what is wrong is told when the file is read
+  log_mute(true);              // errors are reported when the file is read
   const bool good = open_content(m, path, f);
   log_mute(false);
   if (good) io_all(f, near, d);
@@ -511,7 +511,7 @@ std::vector<NearFace> out_restart_near(const Model& m, const std::string& path)
   Output out;
   point_fill_whole(m, s.points);
   const Points begin = s.points;
-  log_mute(true);              // what is wrong is told when the file is read
+  log_mute(true);              // errors are reported when the file is read
   bool good = out_restart_load(m, path, f);
   log_mute(false);
   if (good) io_content(f, length, s, grid, out);

@@ -518,7 +518,7 @@ void count_cells(const Model& m, int body, RealVec& count, RealVec& sum)
 // Cells with points of all bodies, in parts of equal work
 struct CellParts {
   std::vector<IntVec> number;  // [body][cells of its fill] among those with points, -1: it has none
-  RealVec X, work;             // [n*3], [n] mean place and number of the points
+  RealVec X, work;             // [n*3], [n] mean position and number of the points
   IntVec part;                 // [n]
 };
 
