@@ -14,7 +14,7 @@ namespace {
 // larger pieces; smaller: more frequent divisions. Measured: doc/benchmarks.md, "Contact on several ranks"
 const double OUTER_MARGIN = 1.5;
 
-ContactBox grown(ContactBox b, double by)
+BoundingBox grown(BoundingBox b, double by)
 {
   for (int i = 0; i < 3; ++i) {
     b.lo[i] -= by;
@@ -24,9 +24,9 @@ ContactBox grown(ContactBox b, double by)
 }
 
 // the box around all faces
-ContactBox box_of(const std::vector<NearFace>& face)
+BoundingBox box_of(const std::vector<NearFace>& face)
 {
-  ContactBox all = box_of_nothing;
+  BoundingBox all = box_of_nothing;
   for (const NearFace& f : face) box_take(all, f.box.lo, f.box.hi);
   return all;
 }
@@ -71,14 +71,14 @@ bool near_known(const MeshPart& part, const Points& pts, const std::vector<NearF
                 const std::vector<NearFace>& look)
 {
   const int ranks = comm_size();
-  std::vector<ContactBox> of_rank(1, box_of(look)), box;
+  std::vector<BoundingBox> of_rank(1, box_of(look)), box;
   comm_allgatherv(of_rank);
   std::vector<std::vector<NearFace>> send(ranks);
   for (int r = 0; r < ranks; ++r)
     for (const NearFace& f : own)
       if (r != comm_rank() && boxes_meet(f.box, of_rank[r])) send[r].push_back(f);
   for (const NearFace& f : look) box.push_back(f.box);
-  const ContactTree tree(box);
+  const BoxTree tree(box);
   int missing = 0;
   IntVec found;
   for (const std::vector<NearFace>& received : comm_exchange(send))
@@ -94,13 +94,13 @@ bool near_known(const MeshPart& part, const Points& pts, const std::vector<NearF
 void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std::vector<IntVec>& slaves,
                 NearLists& out)
 {
-  std::vector<ContactBox> box;
+  std::vector<BoundingBox> box;
   int elements = 0;            // upper bound of the element numbers
   for (const NearFace& f : face) {
     box.push_back(grown(f.box, OUTER_MARGIN * f.size));
     elements = std::max(elements, f.elem + 1);
   }
-  const ContactTree tree(box);
+  const BoxTree tree(box);
   IntVec found, to;
   const ListTable others = gather_lists(elements, [&](auto use) {
     for (std::size_t r = 0; r < slaves.size(); ++r)

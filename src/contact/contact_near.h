@@ -8,7 +8,7 @@
 #ifndef MPFE_CONTACT_CONTACT_NEAR_H
 #define MPFE_CONTACT_CONTACT_NEAR_H
 
-#include "contact/contact_tree.h"
+#include "base/box_tree.h"
 #include "model/state.h"
 
 // Search range of the lists of near faces: fraction of the size of each of the two faces, their largest
@@ -23,7 +23,7 @@ struct NearFace {
   // its element, or parent element of its point, in the mesh of the deck; -1: of a point from the start
   int elem;
   double size;                 // longest edge                                                       length
-  ContactBox box;              // enlarged by half of the search range
+  BoundingBox box;              // enlarged by half of the search range
   int def = -1;                // contact pair, index into Model::bond; -1: general contact
   int side = NEAR_BOTH;
   int point = -1;              // its point, if from the start: number among the points of all ranks

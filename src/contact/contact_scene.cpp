@@ -184,10 +184,10 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
   s.margin = SCENE_MARGIN * mean_of(s.size);
   s.u  = u;
   s.uc = uc;
-  std::vector<ContactBox> box;
+  std::vector<BoundingBox> box;
   for (const NearFace& f : near_faces(m, pts, s.skin, u, uc, {s.part, s.most, s.margin}))
     box.push_back(f.box);
-  const ContactTree tree(box);
+  const BoxTree tree(box);
   s.near = ListTable();
   IntVec found;
   for (int i = 0; i < n; ++i) {

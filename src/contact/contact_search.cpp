@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/box_tree.h"
 #include "base/comm.h"
 #include "contact/contact.h"
 #include "contact/contact_masters.h"
 #include "contact/contact_scene.h"
-#include "contact/contact_tree.h"
 
 namespace {
 
@@ -138,7 +138,7 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
                  bool all, bool given, const RealVec& xb, const RealVec& slip, ContactPairs& pairs)
 {
   std::vector<Hit> hits;
-  std::vector<ContactBox> box;
+  std::vector<BoundingBox> box;
   IntVec near;
   const bool apart = slave.apart(master.box, master.reach, dim);
   for (const MasterFace& f : master.face) {
@@ -149,9 +149,9 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
       box.back().hi[i] = f.hi[i] + master.reach;
     }
   }
-  const ContactTree tree(box);
+  const BoxTree tree(box);
   for (int b = first; b < last; ++b) {
-    ContactBox point = {{0, 0, 0}, {0, 0, 0}};
+    BoundingBox point = {{0, 0, 0}, {0, 0, 0}};
     for (double* x : {point.lo, point.hi}) std::copy_n(&xb[b * dim], dim, x);
     hits.clear();
     // zero area: a node without elements

@@ -2,8 +2,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/box_tree.h"
 #include "base/comm.h"
-#include "contact/contact_tree.h"
 #include "frac/frac.h"
 #include "shape/face.h"
 
@@ -54,9 +54,9 @@ void finish(Shape shape, int dim, HullCell& c)
   if (c.size > 0.0) directions(shape, dim, c);
 }
 
-ContactBox box_of(int n, const double (*x)[3])
+BoundingBox box_of(int n, const double (*x)[3])
 {
-  ContactBox b;
+  BoundingBox b;
   for (int i = 0; i < 3; ++i) {
     b.lo[i] = b.hi[i] = x[0][i];
     for (int a = 1; a < n; ++a) {
@@ -128,9 +128,9 @@ HullCell cell_of_grain(const GrainShape& g, int dim, double scale)
 // Cells near the grains (box) that stay as they are: points but for the grains, and elements. Divided model:
 // each rank looks at those that it works on, of points where not all ranks know all.
 std::vector<HullCell> other_cells(const Model& m, const std::vector<GrainShape>& grain,
-                                  const std::vector<ContactBox>& box, const State& st)
+                                  const std::vector<BoundingBox>& box, const State& st)
 {
-  const ContactTree tree(box);
+  const BoxTree tree(box);
   const Points& pts = st.points;
   IntVec found, grains;
   for (const GrainShape& g : grain) grains.push_back(g.number);
@@ -213,7 +213,7 @@ void frac_room(const Model& m, const State& st, double least, std::vector<GrainS
 {
   if (grain.empty()) return;
   std::vector<HullCell> own;
-  std::vector<ContactBox> box;
+  std::vector<BoundingBox> box;
   for (const GrainShape& g : grain) {
     own.push_back(cell_of_grain(g, m.dim, 1.0));
     box.push_back(box_of(own.back().n, own.back().x));
@@ -223,7 +223,7 @@ void frac_room(const Model& m, const State& st, double least, std::vector<GrainS
   cell.insert(cell.end(), own.begin(), own.end());
   box.clear();
   for (const HullCell& c : cell) box.push_back(box_of(c.n, c.x));
-  const ContactTree tree(box);
+  const BoxTree tree(box);
   for (size_t i = 0; i < grain.size(); ++i) {
     const int self = others + static_cast<int>(i);
     IntVec found;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include "base/box_tree.h"
 #include "shape/face.h"
 #include "shape/shape.h"
 
@@ -161,59 +162,31 @@ double height_at(const Shadow& s, const double* N)
   return sum;
 }
 
-// ---- which faces are near: boxes, sorted along the longest side of all
+// ---- which faces are nearby
 
-struct Box { Vec lo, hi; };
-
-Box box_of(const RealVec& X, const MortarFace& f)
+BoundingBox box_of(const RealVec& X, const MortarFace& f)
 {
-  Box b{at(X, f.node[0]), at(X, f.node[0])};
-  for (int a = 1; a < f.n; ++a) {
-    b.lo = b.lo.cwiseMin(at(X, f.node[a]));
-    b.hi = b.hi.cwiseMax(at(X, f.node[a]));
-  }
+  BoundingBox b = box_of_nothing;
+  for (int a = 0; a < f.n; ++a) box_take(b, &X[3 * f.node[a]], &X[3 * f.node[a]]);
   return b;
 }
 
-struct Finder {
-  std::vector<Box> box;
-  IntVec order;                // by box.lo[axis]
-  int axis = 0;
-  double longest = 0.0;        // of the boxes, along the axis
-};
-
-Finder finder_of(const RealVec& X, const std::vector<MortarFace>& face)
+std::vector<BoundingBox> boxes_of(const RealVec& X, const std::vector<MortarFace>& face)
 {
-  Finder f;
-  for (const MortarFace& a : face) f.box.push_back(box_of(X, a));
-  if (face.empty()) return f;
-  Box all = f.box[0];
-  for (const Box& b : f.box) {
-    all.lo = all.lo.cwiseMin(b.lo);
-    all.hi = all.hi.cwiseMax(b.hi);
-  }
-  (all.hi - all.lo).maxCoeff(&f.axis);
-  for (size_t k = 0; k < face.size(); ++k) {
-    f.order.push_back(static_cast<int>(k));
-    f.longest = std::max(f.longest, f.box[k].hi[f.axis] - f.box[k].lo[f.axis]);
-  }
-  std::sort(f.order.begin(), f.order.end(), [&](int a, int b) {
-    return std::make_pair(f.box[a].lo[f.axis], a) < std::make_pair(f.box[b].lo[f.axis], b);
-  });
-  return f;
+  std::vector<BoundingBox> box;
+  for (const MortarFace& f : face) box.push_back(box_of(X, f));
+  return box;
 }
 
 // faces whose boxes come within reach of a box, ascending
-IntVec near_faces(const Finder& f, const Box& b, double reach)
+IntVec faces_within(const BoxTree& tree, BoundingBox b, double reach)
 {
-  IntVec out;
-  const double from = b.lo[f.axis] - reach - f.longest, to = b.hi[f.axis] + reach;
-  auto k = std::lower_bound(f.order.begin(), f.order.end(), from,
-                            [&](int a, double x) { return f.box[a].lo[f.axis] < x; });
-  for (; k != f.order.end() && f.box[*k].lo[f.axis] <= to; ++k) {
-    const Box& a = f.box[*k];
-    if (((a.lo - b.hi).array() <= reach).all() && ((b.lo - a.hi).array() <= reach).all()) out.push_back(*k);
+  for (int i = 0; i < 3; ++i) {
+    b.lo[i] -= reach;
+    b.hi[i] += reach;
   }
+  IntVec out;
+  tree.overlap(b, out);
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -322,12 +295,13 @@ std::vector<MortarRow> mortar_rows(const RealVec& X, const std::vector<MortarFac
                                    const std::vector<MortarFace>& master, double reach)
 {
   std::map<int, Sum> sum;
-  const Finder finder = finder_of(X, master);
+  const std::vector<BoundingBox> box = boxes_of(X, master);
+  const BoxTree tree(box);
   for (const MortarFace& f : slave) {
     const Frame3 plane = frame_of(X, f);
     const double whole = normal_of(X, f).norm();
     const std::vector<Piece> piece =
-        pieces_of(X, f, plane, master, near_faces(finder, box_of(X, f), reach), reach);
+        pieces_of(X, f, plane, master, faces_within(tree, box_of(X, f), reach), reach);
     double covered = 0.0;
     for (const Piece& p : piece) covered += p.at.w;
     if (covered > LEAST_COVER * whole) add_face(f, master, piece, sum);
@@ -341,10 +315,13 @@ RealVec mortar_distances(const RealVec& X, const IntVec& node, const std::vector
                          double limit)
 {
   RealVec out(node.size(), limit);
-  const Finder finder = finder_of(X, face);
+  const std::vector<BoundingBox> box = boxes_of(X, face);
+  const BoxTree tree(box);
   for (size_t k = 0; k < node.size(); ++k) {
-    const Vec p = at(X, node[k]);
-    for (int f : near_faces(finder, {p, p}, limit)) out[k] = std::min(out[k], face_distance(X, p, face[f]));
+    BoundingBox point = box_of_nothing;
+    box_take(point, &X[3 * node[k]], &X[3 * node[k]]);
+    for (int f : faces_within(tree, point, limit))
+      out[k] = std::min(out[k], face_distance(X, at(X, node[k]), face[f]));
   }
   return out;
 }

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
+#include "base/box_tree.h"
 #include "bond/bond.h"
 #include "contact/contact.h"
 #include "contact/contact_scene.h"
-#include "contact/contact_tree.h"
 
 namespace {
 
@@ -102,14 +102,14 @@ TEST(Contact, TreeFindsWhatAllPairsFind)
 {
   Random random(1);
   for (int n : {0, 1, 8, 9, 500}) {
-    std::vector<ContactBox> box(n);
-    for (ContactBox& b : box)
+    std::vector<BoundingBox> box(n);
+    for (BoundingBox& b : box)
       for (int i = 0; i < 3; ++i) {
         b.lo[i] = number(random, 0.0, 1.0);
         b.hi[i] = b.lo[i] + number(random, 0.0, 0.2);
       }
     if (n > 9) box[7] = box[9] = box[100];             // at the same place
-    const ContactTree tree(box);
+    const BoxTree tree(box);
     for (int k = 0; k < n; ++k) {
       IntVec found, all;
       tree.overlap(box[k], found);

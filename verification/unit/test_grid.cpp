@@ -442,9 +442,9 @@ TEST(Divided, PointsNearContact)
   for (const Face& f : whole.boundary) skin.push_back({f.elem, f.face, 1});
   const RealVec u(3 * of_all.mesh.nnode(), 0.0), uc(whole.Xc.size(), 0.0);
   const std::vector<NearFace> face = near_now(of_all, whole, skin, u, uc, true, 0.0);
-  std::vector<ContactBox> box;
+  std::vector<BoundingBox> box;
   for (const NearFace& f : face) box.push_back(f.box);
-  const ContactTree tree(box);
+  const BoxTree tree(box);
   std::set<std::pair<int, int>> boundary;            // number of a point, its face
   for (const Face& f : pts.boundary) boundary.insert({pts.part.point[f.elem], f.face});
   double met = 0.0;

@@ -1,4 +1,4 @@
-#include "contact/contact_tree.h"
+#include "base/box_tree.h"
 
 #include <algorithm>
 #include <numeric>
@@ -9,13 +9,13 @@ const int LEAF = 8;            // boxes of a leaf
 
 }  // namespace
 
-ContactTree::ContactTree(const std::vector<ContactBox>& box) : box_(box), item_(box.size())
+BoxTree::BoxTree(const std::vector<BoundingBox>& box) : box_(box), item_(box.size())
 {
   std::iota(item_.begin(), item_.end(), 0);
   if (!box.empty()) split(0, static_cast<int>(box.size()));
 }
 
-void ContactTree::split(int first, int last)
+void BoxTree::split(int first, int last)
 {
   Node n{box_[item_[first]], first, last, 0};
   for (int k = first; k < last; ++k) box_take(n.box, box_[item_[k]].lo, box_[item_[k]].hi);
@@ -35,7 +35,7 @@ void ContactTree::split(int first, int last)
   split(middle, last);
 }
 
-void ContactTree::overlap(const ContactBox& b, IntVec& found) const
+void BoxTree::overlap(const BoundingBox& b, IntVec& found) const
 {
   int stack[64], n = 0;
   if (!node_.empty()) stack[n++] = 0;

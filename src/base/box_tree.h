@@ -1,23 +1,23 @@
 // ---------------------------------------------------------------------------
-// contact_tree.h : search for the boxes that overlap a box: a binary tree of boxes, split at the median along
+// box_tree.h : search for the boxes that overlap a box: a binary tree of boxes, split at the median along
 // the longest axis; n log n to build, log n plus the number of hits to query
 // ---------------------------------------------------------------------------
-#ifndef MPFE_CONTACT_CONTACT_TREE_H
-#define MPFE_CONTACT_CONTACT_TREE_H
+#ifndef MPFE_BASE_BOX_TREE_H
+#define MPFE_BASE_BOX_TREE_H
 
 #include <algorithm>
 #include <vector>
 
 #include "base/types.h"
 
-struct ContactBox {
+struct BoundingBox {
   double lo[3], hi[3];
 };
 
-const ContactBox box_of_nothing = {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
+const BoundingBox box_of_nothing = {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
 
 // box_take : enlarges b to contain the box from lo [3] to hi [3]
-inline void box_take(ContactBox& b, const double* lo, const double* hi)
+inline void box_take(BoundingBox& b, const double* lo, const double* hi)
 {
   for (int i = 0; i < 3; ++i) {
     b.lo[i] = std::min(b.lo[i], lo[i]);
@@ -25,26 +25,26 @@ inline void box_take(ContactBox& b, const double* lo, const double* hi)
   }
 }
 
-inline bool boxes_meet(const ContactBox& a, const ContactBox& b)
+inline bool boxes_meet(const BoundingBox& a, const BoundingBox& b)
 {
   for (int i = 0; i < 3; ++i)
     if (a.lo[i] > b.hi[i] || b.lo[i] > a.hi[i]) return false;
   return true;
 }
 
-class ContactTree {
+class BoxTree {
 public:
-  explicit ContactTree(const std::vector<ContactBox>& box);
+  explicit BoxTree(const std::vector<BoundingBox>& box);
   // overlap : adds the indices of the boxes that overlap b to found, in no particular order
-  void overlap(const ContactBox& b, IntVec& found) const;
+  void overlap(const BoundingBox& b, IntVec& found) const;
 
 private:
   struct Node {
-    ContactBox box;
+    BoundingBox box;
     int first, last;           // items of a leaf
     int right;                 // node of the second half, 0: a leaf; the first half follows its node
   };
-  const std::vector<ContactBox>& box_;
+  const std::vector<BoundingBox>& box_;
   IntVec item_;
   std::vector<Node> node_;
   void split(int first, int last);
