@@ -4,6 +4,8 @@
 #ifndef MPFE_MAT_CRACK_H
 #define MPFE_MAT_CRACK_H
 
+#include <cmath>
+
 #include "mat/law.h"
 
 // history of a crack: normal at the end of the last increment; width across, 0: not cracked; largest opening
@@ -21,5 +23,23 @@ Cohesion cohesion(const CrackLaw& c, double k);
 
 // dissipated_to : what opening up to k has dissipated, over the area of the crack            force/length
 double dissipated_to(const CrackLaw& c, double k);
+
+// opening_root : opening x from lo to hi where excess(x, slope), which falls, is zero: Newton's method, which
+// takes 1 to 6 trials, between bisections
+template <class Excess>
+double opening_root(double x, double lo, double hi, Excess excess)
+{
+  const int MAX_TRIALS = 200;
+  const double ROUND   = 1e-14;        // of an opening
+  for (int i = 0; i < MAX_TRIALS && hi - lo > ROUND * hi; ++i) {
+    double slope;
+    const double more = excess(x, &slope);
+    (more > 0.0 ? lo : hi) = x;
+    const double next = slope < 0.0 ? x - more / slope : lo - 1.0;
+    if (std::fabs(next - x) <= ROUND * hi) return next;
+    x = next > lo && next < hi ? next : 0.5 * (lo + hi);
+  }
+  return x;
+}
 
 #endif

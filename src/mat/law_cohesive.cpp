@@ -23,9 +23,6 @@ namespace {
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
-const int MOST_TRIALS = 100;         // for an opening; Newton's method takes 1 to 6
-const double SAME = 1e-14;           // of an opening
-
 // the straight part of a softening curve from (k0, f0) to (k1, f1); work: up to k0
 Cohesion straight(double k, double k0, double f0, double k1, double f1, double work)
 {
@@ -71,16 +68,11 @@ void find_axes(const CrackLaw& c, const double* S, Opening& o)
 // the opening that grows from k: beside k + f(k) = t
 double grown(const CrackLaw& c, const Opening& o, double k)
 {
-  double lo = k, hi = o.t / o.beside;
-  for (int i = 0; i < MOST_TRIALS && hi - lo > SAME * hi; ++i) {
-    const Cohesion h   = cohesion(c, k);
-    const double more  = o.t - o.beside * k - h.f;
-    (more > 0.0 ? lo : hi) = k;
-    const double next = k + more / (o.beside + h.slope);
-    if (std::fabs(next - k) <= SAME * hi) return next;
-    k = next > lo && next < hi ? next : 0.5 * (lo + hi);
-  }
-  return k;
+  return opening_root(k, k, o.t / o.beside, [&](double x, double* slope) {
+    const Cohesion h = cohesion(c, x);
+    *slope = -(o.beside + h.slope);
+    return o.t - o.beside * x - h.f;
+  });
 }
 
 // w of (2.33); k: the largest so far

@@ -21,8 +21,6 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
 enum { CRACK = FLOW_EQUIVALENT + 1, FLOW_WORK = CRACK + CRACK_OPENING + 1 };     // history, after the flow
-const int MAX_BISECTIONS   = 200;    // for an opening
-const double OPENING_ROUND = 1e-14;  // of an opening
 // of the elastic stiffness: what gives way at least, where material that flows lets its crack snap
 const double STIFF = 1e-3;
 
@@ -69,15 +67,7 @@ double opening(const Closed& c, double k, bool grows)
   double lo = grows ? k : 0.0, hi = k, slope;
   if (grows)
     for (hi = std::max(2.0 * k, c.at(0.0).tau(c.axis) / c.elastic()); excess(hi, &slope) > 0.0;) hi *= 2.0;
-  double w = lo;
-  for (int i = 0; i < MAX_BISECTIONS && hi - lo > OPENING_ROUND * hi; ++i) {
-    const double more = excess(w, &slope);
-    (more > 0.0 ? lo : hi) = w;
-    const double next = slope < 0.0 ? w - more / slope : lo - 1.0;
-    if (std::fabs(next - w) <= OPENING_ROUND * hi) return next;
-    w = next > lo && next < hi ? next : 0.5 * (lo + hi);
-  }
-  return w;
+  return opening_root(lo, lo, hi, excess);
 }
 
 // (2.41) of a crack whose largest opening so far is k
