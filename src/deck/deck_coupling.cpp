@@ -8,6 +8,9 @@
 #include <map>
 #include <set>
 
+#include <Eigen/Dense>
+
+#include "base/turn.h"
 #include "deck/deck_state.h"
 #include "shape/face.h"
 
@@ -25,15 +28,6 @@ void fault(Deck& d, const CouplingDef& c, const std::string& text)
 }
 
 double X_of(const Model& m, int n, int i) { return m.mesh.X[3 * static_cast<std::size_t>(n) + i]; }
-
-// u_i = u_ref_i + (theta x r)_i : coefficient of theta_k (plane: of the one rotation)
-double turn_coef(int dim, const double* r, int i, int k)
-{
-  if (dim == 2) return i == 0 ? -r[1] : r[0];
-  if (i == k) return 0.0;
-  const int j = 3 - i - k;                           // theta_k r_j in direction i
-  return (k + 1) % 3 == j ? r[j] : -r[j];
-}
 
 struct Weighed { int node; double weight; };
 
@@ -132,24 +126,14 @@ bool all_still(const RefHeld& h, int dim)
   return true;
 }
 
-std::set<std::pair<int, int>> taken_dofs(const Model& m, const Step& s)
-{
-  std::set<std::pair<int, int>> out;
-  for (const Prescribed& b : s.prescribed)
-    for (int n : b.node)
-      for (int i = b.first; i <= b.last; ++i) out.insert({n, i});
-  for (int k : s.equation) out.insert({m.equation[k].term[0].node, m.equation[k].term[0].dof});
-  return out;
-}
-
 // nothing but the reference node may hold a rigid body; false: told
 bool nodes_free(Deck& d, const Model& m, const CouplingDef& c, const std::vector<Weighed>& node,
                 const Step& s)
 {
-  const std::set<std::pair<int, int>> taken = taken_dofs(m, s);
+  const DofSet given = equation_given(m, s);
   for (const Weighed& w : node)
     for (int i = 0; i < m.dim; ++i) {
-      if (!taken.count({w.node, i})) continue;
+      if (!given.count({w.node, i})) continue;
       fault(
           d, c,
           text_format(
@@ -186,47 +170,30 @@ void couple_kinematic(Deck& d, Model& m, const CouplingDef& c, const std::vector
 
 struct Cloud {
   double centre[3] = {0, 0, 0};
-  double inverse[3][3] = {};   // of the moments sum w (r.r I - r r), plane: one number
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();   // of the moments sum w (r.r I - r r), plane: (0, 0)
   double size = 0.0;
   bool turns = true;           // a rotation is defined
 };
-
-bool invert(double a[3][3], double b[3][3])
-{
-  const auto minor = [&](int i, int j) {
-    const int p = (i + 1) % 3, q = (i + 2) % 3, r = (j + 1) % 3, s = (j + 2) % 3;
-    return a[p][r] * a[q][s] - a[p][s] * a[q][r];
-  };
-  const double det = a[0][0] * minor(0, 0) + a[0][1] * minor(0, 1) + a[0][2] * minor(0, 2);
-  const double trace = a[0][0] + a[1][1] + a[2][2];
-  if (det <= 1e-9 * trace * trace * trace) return false;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) b[j][i] = minor(i, j) / det;
-  return true;
-}
 
 Cloud cloud_of(const Model& m, const std::vector<Weighed>& node)
 {
   Cloud c;
   for (const Weighed& w : node)
     for (int i = 0; i < 3; ++i) c.centre[i] += w.weight * X_of(m, w.node, i);
-  double J[3][3] = {}, sum = 0.0;
+  Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
   for (const Weighed& w : node) {
-    double r[3], rr = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      r[i] = X_of(m, w.node, i) - c.centre[i];
-      rr += r[i] * r[i];
-    }
-    sum += w.weight * rr;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) J[i][j] += w.weight * ((i == j) * rr - r[i] * r[j]);
+    Eigen::Vector3d r;
+    for (int i = 0; i < 3; ++i) r(i) = X_of(m, w.node, i) - c.centre[i];
+    J += w.weight * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
   }
+  const double trace = J.trace(), sum = 0.5 * trace;           // sum w r.r
   c.size = std::sqrt(sum);
   if (m.dim == 2) {
     c.turns = sum > 0.0;
-    c.inverse[0][0] = c.turns ? 1.0 / sum : 0.0;
+    c.inverse(0, 0) = c.turns ? 1.0 / sum : 0.0;
   } else {
-    c.turns = invert(J, c.inverse);
+    c.turns = J.determinant() > 1e-9 * trace * trace * trace;
+    if (c.turns) c.inverse = J.inverse();
   }
   return c;
 }
@@ -241,7 +208,7 @@ Row turn_row(const Model& m, const Cloud& c, const std::vector<Weighed>& node, i
     for (int i = 0; i < m.dim; ++i) {
       double r[3], sum = 0.0;
       for (int j = 0; j < 3; ++j) r[j] = X_of(m, w.node, j) - c.centre[j];
-      for (int l = 0; l < turns(m.dim); ++l) sum += c.inverse[k][l] * turn_coef(m.dim, r, i, l);
+      for (int l = 0; l < turns(m.dim); ++l) sum += c.inverse(k, l) * turn_coef(m.dim, r, i, l);
       if (sum != 0.0) row[{w.node, i}] += w.weight * sum;
     }
   return row;
@@ -264,8 +231,7 @@ Row mean_row(const Model& m, const CouplingDef& def, const Cloud& c, const std::
 
 // rows of prescribed directions are solved for the nodes of the surface: the largest coefficient each, as
 // Gauss and Jordan do. False: there are not enough free nodes.
-bool pivot_rows(std::vector<Row>& row, const std::set<std::pair<int, int>>& taken,
-                std::vector<std::pair<int, int>>& pivot)
+bool pivot_rows(std::vector<Row>& row, const DofSet& taken, std::vector<std::pair<int, int>>& pivot)
 {
   pivot.assign(row.size(), {-1, -1});
   for (std::size_t k = 0; k < row.size(); ++k) {
@@ -294,7 +260,7 @@ bool pivot_rows(std::vector<Row>& row, const std::set<std::pair<int, int>>& take
 bool distributing_equations(Model& m, const CouplingDef& c, const Cloud& cloud,
                             const std::vector<Weighed>& node, const RefHeld& h, Step& s)
 {
-  std::set<std::pair<int, int>> taken = taken_dofs(m, s);
+  DofSet taken = equation_given(m, s);
   for (int n : {c.ref, c.turn})
     for (int i = 0; i < m.dim; ++i) taken.insert({n, i});
   std::vector<Row> held;

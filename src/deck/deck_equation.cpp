@@ -101,6 +101,16 @@ void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>
 
 }  // namespace
 
+DofSet equation_given(const Model& m, const Step& s)
+{
+  DofSet given;
+  for (const Prescribed& b : s.prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last; ++i) given.insert({n, i});
+  for (int k : s.equation) given.insert({m.equation[k].term[0].node, m.equation[k].term[0].dof});
+  return given;
+}
+
 // ---------------------------------------------------------------------------
 // check_equations : can the equations hold in all steps?
 // ---------------------------------------------------------------------------

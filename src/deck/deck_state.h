@@ -275,6 +275,9 @@ void deck_resolve(Deck& d, Model& m);                      // sections of elemen
 // bodies and bonds of conversion (deck_fracture.cpp)
 void deck_fracture(Deck& d, Model& m);
 void deck_check(Deck& d, Model& m);
+// equation_given : dofs that something gives in a step already: supports, other equations (deck_equation.cpp)
+using DofSet = std::set<std::pair<int, int>>;                // node, direction from 0 on
+DofSet equation_given(const Model& m, const Step& s);
 void check_equations(Deck& d, const Model& m);             // deck_equation.cpp
 
 #endif

@@ -151,19 +151,8 @@ double adjust(Model& m, const Tied& t)
 
 // ---- equations of a step
 
-// dofs that something else gives already: supports, other equations   [3 node + direction]
-std::set<long> held_dofs(const Model& m, const Step& s)
-{
-  std::set<long> held;
-  for (const Prescribed& b : s.prescribed)
-    for (int n : b.node)
-      for (int i = b.first; i <= b.last; ++i) held.insert(3L * n + i);
-  for (int k : s.equation) held.insert(3L * m.equation[k].term[0].node + m.equation[k].term[0].dof);
-  return held;
-}
-
 // the nearest tied nodes that are not held in a direction, in rings of slave faces
-IntVec takers(const Tied& t, const std::set<long>& held, int node, int i)
+IntVec takers(const Tied& t, const DofSet& held, int node, int i)
 {
   std::set<int> seen{node}, ring{node};
   while (!ring.empty()) {
@@ -175,7 +164,7 @@ IntVec takers(const Tied& t, const std::set<long>& held, int node, int i)
       for (int b : beside->second)
         if (seen.insert(b).second) {
           next.insert(b);
-          if (!held.count(3L * b + i)) out.push_back(b);
+          if (!held.count({b, i})) out.push_back(b);
         }
     }
     if (!out.empty()) return out;
@@ -185,7 +174,7 @@ IntVec takers(const Tied& t, const std::set<long>& held, int node, int i)
 }
 
 // D u_s + sum over held h of part D_h u_h = sum of (D c_sm + part D_h c_hm) u_m                       (5.11)
-std::vector<Equation> equations_of(const Tied& t, const std::set<long>& held, int dim, const Place& place)
+std::vector<Equation> equations_of(const Tied& t, const DofSet& held, int dim, const Place& place)
 {
   std::vector<Equation> out;
   for (int i = 0; i < dim; ++i) {
@@ -195,7 +184,7 @@ std::vector<Equation> equations_of(const Tied& t, const std::set<long>& held, in
       for (const auto& q : r.master) sum[to][q.first] -= part * r.area * q.second;
     };
     for (std::size_t k = 0; k < t.row.size(); ++k) {
-      if (!held.count(3L * t.row[k].node + i)) {
+      if (!held.count({t.row[k].node, i})) {
         add(static_cast<int>(k), t.row[k], 1.0);
         continue;
       }
@@ -203,7 +192,7 @@ std::vector<Equation> equations_of(const Tied& t, const std::set<long>& held, in
       for (int n : to) add(t.row_of.at(n), t.row[k], 1.0 / static_cast<double>(to.size()));
     }
     for (std::size_t k = 0; k < t.row.size(); ++k) {
-      if (held.count(3L * t.row[k].node + i)) continue;
+      if (held.count({t.row[k].node, i})) continue;
       Equation e;
       e.place = place;
       e.of    = EQUATION_TIE;
@@ -220,13 +209,13 @@ std::vector<Equation> equations_of(const Tied& t, const std::set<long>& held, in
 // what is held differs from step to step only where supports do
 void add_equations(Model& m, const TieDef& def, const Tied& t)
 {
-  std::map<std::set<long>, IntVec> made;
+  std::map<DofSet, IntVec> made;
   for (Step& s : m.step) {
-    std::set<long> held;
-    for (long dof : held_dofs(m, s))
-      if (t.row_of.count(static_cast<int>(dof / 3))) held.insert(dof);
+    DofSet held;
+    for (const auto& dof : equation_given(m, s))
+      if (t.row_of.count(dof.first)) held.insert(dof);
     for (int n : t.common)
-      for (int i = 0; i < m.dim; ++i) held.insert(3L * n + i);
+      for (int i = 0; i < m.dim; ++i) held.insert({n, i});
     const auto known = made.find(held);
     if (known == made.end()) {
       IntVec& list = made[held];

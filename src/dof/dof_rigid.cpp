@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include "base/turn.h"
 #include "dof/dof.h"
 
 namespace {
@@ -76,9 +77,9 @@ void rigid_arms(const Model& m, const RealVec& u, Ties& t)
       const Vec r = arm_of(m, u, m.rigid[b].ref, n);
       double* coef = &t.coef[t.master.off[k]];
       coef[0] = 1.0;
-      if (m.dim == 2) coef[1] = i == 0 ? -r.y() : r.x();
+      if (m.dim == 2) coef[1] = turn_coef(2, r.data(), i, 0);
       for (int j = 0, at = 1; j < 3 && m.dim == 3; ++j)
-        if (j != i) coef[at++] = (j + 1) % 3 == 3 - i - j ? r(3 - i - j) : -r(3 - i - j);   // e_j x r
+        if (j != i) coef[at++] = turn_coef(3, r.data(), i, j);
     });
 }
 

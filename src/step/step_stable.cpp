@@ -271,16 +271,15 @@ double stable_of_elements(Problem& p, const Step& s, int& label)
 {
   int worst;
   double own   = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
-  double least = comm_size() == 1 ? own : -comm_allreduce_max(-own);
+  double least = -comm_allreduce_max(-own);
   if (least >= 1e300 && !p.m.rigid.empty()) {        // nothing but rigid bodies: their penalties need a scale
     std::vector<char> rigid;
     rigid.swap(p.d.el.rigid);
     own   = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
-    least = comm_size() == 1 ? own : -comm_allreduce_max(-own);
+    least = -comm_allreduce_max(-own);
     rigid.swap(p.d.el.rigid);
   }
   label = worst < 0 ? -1 : p.m.mesh.elem_label[worst];
-  if (comm_size() == 1) return own;
   label = comm_allreduce_max(own == least ? label : -1);
   return least;
 }
