@@ -24,7 +24,7 @@ std::string limit_text(const Limit& l, double v)
   return (l.ends ? "must be at least " : "must be above ") + lo;
 }
 
-// a number that the limit allows, for reading on after a mistake
+// an allowed number, used after an error
 double harmless(const Limit& l)
 {
   if (l.has_lo && l.has_hi) return 0.5 * (l.lo + l.hi);
@@ -98,7 +98,7 @@ Expr expr_of(Card& c, const Field& f, const char* what)
   return e;
 }
 
-// a field that may be empty or missing
+// true: the next field is given; skips an empty one
 bool next_given(Card& c)
 {
   if (!c.open && !card_line(c)) return false;
@@ -118,7 +118,7 @@ Limit between(double lo, double hi) { return {lo, hi, true, true, false}; }
 Limit from_to(double lo, double hi) { return {lo, hi, true, true, true}; }
 
 // ---------------------------------------------------------------------------
-// parse_real : the whole text as a finite number; exponents with e or d, no nan, inf or hexadecimal
+// parse_real : the whole text as a finite number; exponents with e or d; no nan, inf or hexadecimal
 // ---------------------------------------------------------------------------
 bool parse_real(const std::string& text, double& value)
 {
@@ -131,7 +131,7 @@ bool parse_real(const std::string& text, double& value)
   double v = 0.0;
   const auto r = std::from_chars(s.data(), s.data() + s.size(), v);
   if (r.ptr != s.data() + s.size() || r.ec == std::errc::invalid_argument) return false;
-  if (r.ec == std::errc::result_out_of_range) {      // too small is 0, too large is a mistake
+  if (r.ec == std::errc::result_out_of_range) {      // underflow gives 0, overflow is an error
     const std::size_t e = s.find_first_of("eE");
     if (e == std::string::npos || e + 1 >= s.size() || s[e + 1] != '-') return false;
     v = 0.0;
@@ -394,7 +394,7 @@ bool card_where(Card& c, const Expr& where, const double* X, int dim, const std:
   return value != 0.0;
 }
 
-// what to take for a type of Abaqus or CalculiX that is not there; "": nothing is near
+// substitute for an unavailable element type of Abaqus or CalculiX; "": not such a type
 std::string other_element(const std::string& name)
 {
   struct Family {

@@ -1,9 +1,8 @@
 // ---------------------------------------------------------------------------
-// card.h : a keyword with its parameters and data lines, as its reader sees it
+// card.h : a keyword with its parameters and data lines, for its reader
 //
-// A reader asks for fields one after the other. The first field opens the first data line; card_line opens
-// the next. Each card_ routine reports its own mistakes and returns something harmless, so that reading goes
-// on.
+// A reader takes the fields in order. The first field opens the first data line; card_line opens the next.
+// Each card_ routine reports its errors and then returns an allowed value, so that reading continues.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_DECK_CARD_H
 #define MPFE_DECK_CARD_H
@@ -20,15 +19,15 @@ struct Card {
   Head head;
   std::vector<Field> field;    // of the open data line
   Field whole;                 // the open data line
-  std::size_t next = 0;        // field that is read next
+  std::size_t next = 0;        // index of the next field
   bool open = false;           // a data line is open
-  bool comma = false;          // it ends in a comma
-  int errors_before = 0, errors_line = 0;   // errors of the deck when the card, the line was opened
+  bool comma = false;          // the open line ends in a comma
+  int errors_before = 0, errors_line = 0;   // Deck::errors when card and line were opened
 };
 
-struct Limit {                 // what a number may be
+struct Limit {                 // range of a number
   double lo, hi;
-  bool has_lo, has_hi, ends;   // ends: lo and hi themselves are allowed
+  bool has_lo, has_hi, ends;   // ends: lo and hi are included
 };
 Limit any_number();
 Limit above(double lo);
@@ -37,59 +36,59 @@ Limit between(double lo, double hi);     // without the ends
 Limit from_to(double lo, double hi);     // with the ends
 
 // ---- data lines
-// opens the next data line; reports fields left over in the one before
+// opens the next data line; reports unread fields of the previous one
 bool card_line(Card& c);
 void card_join(Card& c);                 // appends the next data line to the open one
-bool card_text(Card& c, std::string& text);    // opens the next line as it stands
-bool card_more(const Card& c);           // another field in the open line
-bool card_good(const Card& c);           // no mistake in the open line so far
+bool card_text(Card& c, std::string& text);    // opens the next line as raw text
+bool card_more(const Card& c);           // the open line has another field
+bool card_good(const Card& c);           // no error in the open line so far
 void card_end(Card& c);                  // a further field or line is an error
 
-// ---- fields of the open line. what: its name in messages. words: "MEAN|SUM|MAX".
+// ---- fields of the open line. what: name of the field in messages. words: "MEAN|SUM|MAX".
 Field card_field(Card& c, const char* what);
-Field card_field_or_none(Card& c);       // empty: nothing stands there
+Field card_field_or_none(Card& c);       // empty: no such field
 double card_real(Card& c, const char* what, const Limit& limit);
 double card_real_or(Card& c, const char* what, double otherwise, const Limit& limit);
 int card_int(Card& c, const char* what, int lo, int hi);
 int card_int_or(Card& c, const char* what, int otherwise, int lo, int hi);
 int card_label(Card& c, const char* what);
-int card_word(Card& c, const char* what, const char* words);       // index, -1: wrong
+int card_word(Card& c, const char* what, const char* words);       // index, -1: error
 Expr card_expr(Card& c, const char* what);                         // number or "function"
 Expr card_expr_or(Card& c, const char* what, double otherwise);
-int card_dof(Card& c, const Model& m, const char* what);           // 0-based, -1: wrong
+int card_dof(Card& c, const Model& m, const char* what);           // 0-based, -1: error
 std::array<double, 3> card_direction(Card& c, const Model& m, const char* what);   // unit vector
-// xLOW, yLOW[, zLOW], xHIGH ...; false: wrong
+// xLOW, yLOW[, zLOW], xHIGH ...; false: error
 bool card_box(Card& c, int dim, const char* low, const char* high, double lo[3], double hi[3]);
-bool card_cells(Card& c, int dim, int n[3]);                       // nx, ny[, nz]; false: wrong
+bool card_cells(Card& c, int dim, int n[3]);                       // nx, ny[, nz]; false: error
 
 // ---- parameters of the keyword line
 const HeadParam* card_param(const Card& c, const char* name);      // null: not given
 bool card_flag(Card& c, const char* name);                         // NAME without a value
-std::string card_param_name(Card& c, const char* name);            // upper case; "" when not given or wrong
-Field card_param_field(Card& c, const char* name);                 // name as a word to look up
+std::string card_param_name(Card& c, const char* name);            // upper case; "" when missing or invalid
+Field card_param_field(Card& c, const char* name);                 // value, upper case, to look up
 int card_param_word(Card& c, const char* name, const char* words, int otherwise);
-// NAME=YES|NO; alone: without a value
+// NAME=YES|NO; alone: NAME without a value is YES
 bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise);
 double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit);
 int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi);
 bool card_param_expr(Card& c, const char* name, Expr& out);
 inline double card_radians(double degrees) { return degrees * std::acos(-1.0) / 180.0; }
-// card_where : where != 0 at X; a value that is no finite number is an error, told once; what: node, element
+// card_where : where != 0 at X; a value that is not finite is an error, reported once. what: node, element
 bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& what);
-// TYPE= as index into elem_table, -1: wrong
+// TYPE= as index into elem_table, -1: error
 int card_param_element(Card& c, std::string* remedy = nullptr);
-int card_param_amplitude(Card& c, Model& m);     // index or -1; TIME DELAY= makes a later copy
+int card_param_amplitude(Card& c, Model& m);     // index or -1; TIME DELAY= adds a shifted copy
 bool card_op_new(Card& c);                                         // OP=NEW
 
-// ---- messages, place, later
+// ---- messages, lines of the deck, deferred work
 void card_error(Card& c, const Field& at, const std::string& text);
 void card_warn(Card& c, const Field& at, const std::string& text);
 Place card_place(const Card& c);                                   // the keyword line
 Place line_place(const Card& c);                                   // the open data line
 void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run);
 Material& card_parent_material(Card& c, Model& m);
-void card_temperature(Card& c);          // a last field of a material row; no further row may follow
-bool parse_real(const std::string& text, double& value);           // whole text is a finite number
+void card_temperature(Card& c);          // last field of the only row of a material
+bool parse_real(const std::string& text, double& value);           // the whole text is a finite number
 std::vector<std::string> split_words(const char* words);
 
 #endif

@@ -1,4 +1,4 @@
-// Checks of the whole model after reading. Each says where, what and what to do.
+// Checks of the whole model after reading. Each message gives line, error and remedy.
 
 #include <algorithm>
 #include <cmath>
@@ -78,7 +78,7 @@ const char* bond_word(const BondDef& bond) { return bond.kind == BOND_CONTACT ? 
 
 // ---- mesh -----------------------------------------------------------------
 
-// the corner a of an element: twice its signed area, or six times the signed volume of its three edges
+// corner a of an element: twice the signed area, or six times the signed volume, spanned by its edges
 double corner(const Model& m, Shape shape, const int* node, int a)
 {
   const int dim = shape_info[shape].dim, *to = shape_info[shape].edge[a];
@@ -91,7 +91,7 @@ double corner(const Model& m, Shape shape, const int* node, int a)
          (r[0][2] * r[1][0] - r[0][0] * r[1][2]) * r[2][1] + z * r[2][2];
 }
 
-// labels in the order that turns the element round
+// node labels in the reversed order
 std::string turned_round(const Model& m, Shape shape, const int* node)
 {
   std::string text;
@@ -100,7 +100,7 @@ std::string turned_round(const Model& m, Shape shape, const int* node)
   return text;
 }
 
-// keyword that made an element
+// keyword that created an element
 const char* keyword_of(const Deck& d, int e)
 {
   const std::string line = text_upper(deck_line_text(d, d.elem_spot[e].file, d.elem_spot[e].line));
@@ -109,7 +109,7 @@ const char* keyword_of(const Deck& d, int e)
                                                        : "ELEMENT";
 }
 
-// the nodes of a quadratic element on its edges: near the middle of the corners that they lie between
+// midside nodes of a quadratic element must lie near the middle of their edges
 void check_middles(Deck& d, const Model& m, int e)
 {
   const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
@@ -134,8 +134,7 @@ void check_middles(Deck& d, const Model& m, int e)
   }
 }
 
-// An element by its corners. Whether the edges of a quadratic one fold it is seen at its Gauss points
-// (elem_setup)
+// Checks an element by its corners; quadratic ones are also checked at the Gauss points (elem_setup)
 void check_element(Deck& d, const Model& m, int e)
 {
   const int* node = m.mesh.conn.begin(e);
@@ -217,7 +216,7 @@ int first_quadratic(const Model& m, const IntVec& elem)
   return -1;
 }
 
-// What quadratic elements cannot do: break, convert, lump their mass, carry bonds and contact
+// Quadratic elements cannot break, convert, have lumped mass, or carry bonds and contact
 void check_quadratic(Deck& d, const Model& m)
 {
   IntVec all(m.mesh.nelem());
@@ -261,7 +260,7 @@ void check_quadratic(Deck& d, const Model& m)
   }
 }
 
-// body of each element that becomes points, -1: stays an element
+// body of each element that becomes points, -1: remains an element
 IntVec body_of_elements(Deck& d, const Model& m)
 {
   IntVec body(m.mesh.nelem(), -1);
@@ -306,10 +305,10 @@ void check_sections(Deck& d, const Model& m, const IntVec& body)
 
 // ---- materials ------------------------------------------------------------
 
-// the keyword that makes the material flow
+// the keyword of plasticity
 const char* plastic_word(const Material& a) { return a.law == LAW_J2 ? "PLASTIC" : "DRUCKER PRAGER"; }
 
-// orthotropic constants stand alone; in the plane nothing may shear out of it
+// orthotropic constants exclude other laws; in a plane model z must be a material direction
 void check_ortho(Deck& d, const Model& m, const Material& a)
 {
   if (a.elastic.empty()) return;
@@ -333,7 +332,7 @@ void check_ortho(Deck& d, const Model& m, const Material& a)
               "directions is that of z");
 }
 
-// do all elements of this material that may break open against a cohesion?
+// all elements of this material that can break have CRITERION=COHESIVE
 bool breaks_by_cohesion(const Model& m, const Material& a)
 {
   for (const FractureDef& f : m.fracture) {
@@ -390,7 +389,7 @@ void check_materials(Deck& d, const Model& m)
   }
 }
 
-// elements of laws that only the plain types know
+// elements with enhanced strains need *ELASTIC
 void check_law_elements(Deck& d, const Model& m)
 {
   std::vector<char> told(m.material.size(), 0);
@@ -413,8 +412,8 @@ void check_law_elements(Deck& d, const Model& m)
   }
 }
 
-// elements without a remedy against volumetric locking: one integration point, or they can break; quadratic
-// ones of full integration, which have no F-bar
+// elements that lock volumetrically: one integration point, or breakable; quadratic with full integration
+// (no F-bar)
 bool may_lock(const ElemType& type, const Material& a)
 {
   const Shape s = type.shape;
@@ -456,7 +455,7 @@ void check_locking(Deck& d, const Model& m)
   }
 }
 
-// two start values for a node or body in the same direction: the last one holds
+// warns of two initial values for a node or body in the same direction
 void check_initial(Deck& d, const Model& m)
 {
   std::map<std::pair<int, int>, const InitialValue*> known;   // node, or -1 - body; direction and kind
@@ -489,7 +488,7 @@ void check_fragments(Deck& d, const Model& m)
                 "; write *DENSITY after *MATERIAL");
 }
 
-// *STATIC, RIKS: loads of one factor, and something whose opening they can follow
+// *STATIC, RIKS: needs loads with one common factor, and a cohesive crack to control its opening
 void check_arc(Deck& d, const Model& m, const Step& s)
 {
   if (!s.arc.on) return;
@@ -543,7 +542,7 @@ void check_body_box(Deck& d, const Model& m, const Body& body)
   }
 }
 
-// a fill must have cells, and a region points inside
+// a box must have cells, and a region at least one point
 void check_fill(Deck& d, const Model& m, const Body& body)
 {
   double n[3] = {1.0, 1.0, 1.0};
@@ -573,7 +572,7 @@ void check_fill(Deck& d, const Model& m, const Body& body)
         "WHERE is 0 at the centre of every domain of the box: 0 points; mind the box and the function");
 }
 
-// boxes of points in the same place: the material would be there twice
+// warns of overlapping boxes of points, which would double the material
 void check_overlap(Deck& d, const Model& m)
 {
   for (std::size_t k = 1; k < m.body.size(); ++k)
@@ -612,7 +611,7 @@ void check_bodies(Deck& d, const Model& m)
     doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 
-// What explicit steps do not know
+// Features that are not available in explicit steps
 void check_explicit(Deck& d, const Model& m)
 {
   const auto is    = [](const Step& s) { return s.explicit_steps(); };
@@ -652,7 +651,7 @@ void check_explicit(Deck& d, const Model& m)
             line + ", which makes no augmentations; leave AUGMENT out");
 }
 
-// *DAMPING and *VISCOUS BOUNDARY act in motion only; each face has one damper, on an element or a point
+// *DAMPING and *VISCOUS BOUNDARY act in dynamic steps only; a face belongs to one viscous boundary
 void check_damping(Deck& d, const Model& m, const IntVec& body)
 {
   const bool dynamic = std::any_of(m.step.begin(), m.step.end(),
@@ -686,7 +685,7 @@ void check_damping(Deck& d, const Model& m, const IntVec& body)
   }
 }
 
-// faces of elements that become points are gone when bonds are made
+// elements that become points have no faces for bonds
 void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec& body)
 {
   for (int s : {bond.surface, bond.contact.master}) {
@@ -704,7 +703,7 @@ void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec
   }
 }
 
-// contact takes outer faces, and each face on one side only
+// contact needs outer faces; a face must not be on both sides
 void check_contact_faces(Deck& d, const Model& m, const BondDef& bond)
 {
   const int master = bond.contact.master;
@@ -756,7 +755,7 @@ void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
 
 // ---- steps ----------------------------------------------------------------
 
-// dofs that are prescribed and loaded: the force has no effect
+// warns of loads on prescribed dofs, which have no effect
 void check_loaded_supports(Deck& d, const Model& m, const Step& s)
 {
   std::vector<char> held(3 * m.mesh.node_label.size(), 0);
@@ -776,7 +775,7 @@ void check_loaded_supports(Deck& d, const Model& m, const Step& s)
   }
 }
 
-enum NodeUse { USE_NONE, USE_BODY, USE_ELEMENT };      // nodes of equations alone count as those of elements
+enum NodeUse { USE_NONE, USE_BODY, USE_ELEMENT };      // nodes of equations count as nodes of elements
 
 // [nelem] 1: *MODEL CHANGE, REMOVE
 IntVec removed_elements(const Model& m)
@@ -801,7 +800,7 @@ std::vector<char> node_use(const Model& m, const IntVec& body, const IntVec& rem
   return use;
 }
 
-// loads and supports act on nodes of elements; a line that many steps share is told once
+// loads and supports must act on nodes of elements
 void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vector<char>& use)
 {
   for (const Load& l : s.load)
@@ -846,7 +845,7 @@ void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& bo
   }
 }
 
-// a load on the faces of removed elements acts on nothing
+// a load on faces of removed elements has no effect
 void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& removed)
 {
   for (const Load& l : s.load) {
@@ -891,7 +890,7 @@ void check_times(Deck& d, const Model& m)
             "TIME = " + text_number(c.time) + " is never reached; the run ends at " + text_number(end));
 }
 
-// what is missing altogether; said only when reading went well, so that one mistake gives one message
+// missing or inconsistent data; checked only after reading without errors, to avoid secondary messages
 void check_missing(Deck& d, const Model& m, const IntVec& body)
 {
   if (m.mesh.nelem() == 0 && m.body.empty())
@@ -932,7 +931,7 @@ void deck_check(Deck& d, Model& m)
   check_equations(d, m);
   for (const BondDef& b : m.bond) {
     check_bond_faces(d, m, b, body);
-    // faces towards elements that become points are outer ones too
+    // otherwise faces next to elements that become points are outer faces too
     if (m.body.empty()) check_contact_faces(d, m, b);
   }
   check_times(d, m);

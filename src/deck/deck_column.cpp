@@ -1,6 +1,6 @@
 #include "deck/deck_state.h"
 
-// column_built_in : columns that every history file has; column: the name as the file spells it
+// column_built_in : columns of every history file; column: spelling in the file
 bool column_built_in(const std::string& name, std::string& column)
 {
   for (const char* word : {"time", "step", "inc", "dt", "iter", "kinetic", "strain", "bond", "external",

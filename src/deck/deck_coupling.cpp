@@ -1,7 +1,7 @@
-// *COUPLING and *RIGID BODY: nodes that follow a reference node, by equations: doc/theory.md 5.3
+// *COUPLING and *RIGID BODY: nodes coupled to a reference node by equations: doc/theory.md 5.3
 //
-// The rotation of a reference node stands in the displacements of a node without elements, in the plane in
-// its first one. Directions 4 to 6 of *BOUNDARY and *CLOAD mean this node.
+// The rotation of a reference node is stored as the displacements of a node without elements (in the plane
+// the first one). Directions 4 to 6 of *BOUNDARY and *CLOAD act on this node.
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@
 
 namespace {
 
-// the plane has one rotation, space three
+// number of rotations
 int turns(int dim) { return dim == 2 ? 1 : 3; }
 
 const char* keyword_of(const CouplingDef& c) { return c.kind == COUPLING_RIGID ? "RIGID BODY" : "COUPLING"; }
@@ -31,7 +31,7 @@ double X_of(const Model& m, int n, int i) { return m.mesh.X[3 * static_cast<std:
 
 struct Weighed { int node; double weight; };
 
-// nodes of the surface with their shares of its area, as parts of 1; not the reference node
+// nodes of the surface, without the reference node, with their fractions of its area
 std::vector<Weighed> surface_nodes(const Model& m, const CouplingDef& c)
 {
   std::map<int, double> area;
@@ -76,7 +76,7 @@ int add_equation(Model& m, const CouplingDef& c, Equation e)
   return static_cast<int>(m.equation.size()) - 1;
 }
 
-// what a step prescribes of the reference node and its rotation
+// displacements and rotations of the reference node that are prescribed or loaded in a step
 struct RefHeld {
   bool held[6] = {}, zero[6] = {}, loaded[6] = {};
 };
@@ -98,7 +98,7 @@ RefHeld ref_held(const CouplingDef& c, const Step& s)
   return h;
 }
 
-// ---- kinematic: each node as a part of one rigid body                                              (5.13)
+// ---- kinematic: the nodes move as a rigid body                                                     (5.13)
 
 IntVec kinematic_equations(Model& m, const CouplingDef& c, const std::vector<Weighed>& node)
 {
@@ -126,7 +126,7 @@ bool all_still(const RefHeld& h, int dim)
   return true;
 }
 
-// nothing but the reference node may hold a rigid body; false: told
+// only the reference node of a rigid body may be prescribed; false: error reported
 bool nodes_free(Deck& d, const Model& m, const CouplingDef& c, const std::vector<Weighed>& node,
                 const Step& s)
 {
@@ -152,7 +152,7 @@ void couple_kinematic(Deck& d, Model& m, const CouplingDef& c, const std::vector
   bool told = false;
   for (Step& s : m.step) {
     if (rigid && !nodes_free(d, m, c, node, s)) return;
-    if (rigid && s.nlgeom && s.explicit_steps()) continue;          // its nodes turn as one there: (6.41)
+    if (rigid && s.nlgeom && s.explicit_steps()) continue;          // finite rotations: (6.41)
     s.equation.insert(s.equation.end(), equation.begin(), equation.end());
     if (!s.nlgeom || told || all_still(ref_held(c, s), m.dim)) continue;
     told = true;
@@ -166,11 +166,11 @@ void couple_kinematic(Deck& d, Model& m, const CouplingDef& c, const std::vector
   }
 }
 
-// ---- distributing: the reference node follows the mean of the surface                              (5.14)
+// ---- distributing: the reference node follows the mean motion of the surface                       (5.14)
 
 struct Cloud {
   double centre[3] = {0, 0, 0};
-  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();   // of the moments sum w (r.r I - r r), plane: (0, 0)
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();   // of sum w (r.r I - r r), plane: (0, 0)
   double size = 0.0;
   bool turns = true;           // a rotation is defined
 };
@@ -200,7 +200,7 @@ Cloud cloud_of(const Model& m, const std::vector<Weighed>& node)
 
 using Row = std::map<std::pair<int, int>, double>;           // (node, direction) -> coefficient
 
-// the rotation about axis k that fits the displacements best
+// least-squares rotation about axis k
 Row turn_row(const Model& m, const Cloud& c, const std::vector<Weighed>& node, int k)
 {
   Row row;
@@ -214,7 +214,7 @@ Row turn_row(const Model& m, const Cloud& c, const std::vector<Weighed>& node, i
   return row;
 }
 
-// what direction i of the reference node follows
+// displacement i of the reference node: mean displacement, plus rotation times arm
 Row mean_row(const Model& m, const CouplingDef& def, const Cloud& c, const std::vector<Weighed>& node, int i)
 {
   Row row;
@@ -229,8 +229,8 @@ Row mean_row(const Model& m, const CouplingDef& def, const Cloud& c, const std::
   return row;
 }
 
-// rows of prescribed directions are solved for the nodes of the surface: the largest coefficient each, as
-// Gauss and Jordan do. False: there are not enough free nodes.
+// solves the rows of prescribed directions for nodes of the surface, by Gauss-Jordan elimination with the
+// largest coefficient as pivot. False: not enough free nodes.
 bool pivot_rows(std::vector<Row>& row, const DofSet& taken, std::vector<std::pair<int, int>>& pivot)
 {
   pivot.assign(row.size(), {-1, -1});
@@ -256,7 +256,7 @@ bool pivot_rows(std::vector<Row>& row, const DofSet& taken, std::vector<std::pai
   return true;
 }
 
-// equations of a step; false: too many nodes of the surface are held
+// equations of a step; false: too many nodes of the surface are prescribed
 bool distributing_equations(Model& m, const CouplingDef& c, const Cloud& cloud,
                             const std::vector<Weighed>& node, const RefHeld& h, Step& s)
 {
@@ -292,7 +292,7 @@ bool distributing_equations(Model& m, const CouplingDef& c, const Cloud& cloud,
   return true;
 }
 
-// with NLGEOM the mean displacement alone is linear; false: told
+// with NLGEOM only the mean displacement is linear; false: error reported
 bool linear_enough(Deck& d, const Model& m, const CouplingDef& c, const Cloud& cloud, const RefHeld& h)
 {
   bool moved = false, turned = false;
@@ -354,7 +354,7 @@ void couple(Deck& d, Model& m, const CouplingDef& c)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// coupling_turn : makes the node that holds the rotation of the reference node, and the set NAME_ROTATION
+// coupling_turn : creates the node with the rotation of the reference node, and the set NAME_ROTATION
 // ---------------------------------------------------------------------------
 void coupling_turn(Deck& d, Model& m, CouplingDef& c)
 {
@@ -365,7 +365,7 @@ void coupling_turn(Deck& d, Model& m, CouplingDef& c)
     return deck_error(d, c.ref_at, text_format("set ") + text_show(c.ref_at.text) +
                       text_format(" has %zu nodes; the reference node is one", node.size()));
   for (const CouplingDef& other : d.coupling)
-    if (other.ref == node[0]) c.turn = other.turn;           // one node, one rotation
+    if (other.ref == node[0]) c.turn = other.turn;           // couplings of a node share its rotation
   c.ref = node[0];
   if (c.turn < 0) {
     const int label = -2000000000 + static_cast<int>(&c - d.coupling.data());
@@ -386,7 +386,7 @@ int coupling_turn_of(Deck& d, Model& m, int node)
 }
 
 // ---------------------------------------------------------------------------
-// coupling_resolve : equations of all couplings and rigid bodies
+// coupling_resolve : forms the equations of all couplings and rigid bodies
 // ---------------------------------------------------------------------------
 void coupling_resolve(Deck& d, Model& m)
 {

@@ -2,7 +2,7 @@
 
 namespace {
 
-// TYPE=C3D... of the keywords that make elements
+// a keyword that creates elements has TYPE=C3D...
 bool head_is_solid(const Head& head)
 {
   if (head.word != "ELEMENT" && head.word != "BLOCK" && head.word != "CYLINDER") return false;
@@ -11,7 +11,7 @@ bool head_is_solid(const Head& head)
   return false;
 }
 
-// *GRID : is the first data line a box of six numbers
+// *GRID: the first data line is a box of six numbers
 bool grid_is_solid(Deck& scout)
 {
   std::vector<Field> field;
@@ -26,7 +26,7 @@ bool grid_is_solid(Deck& scout)
 
 // ---------------------------------------------------------------------------
 // deck_dimension : 3 when the deck has elements C3D... or a *GRID with a box of six numbers, else 2.
-// A look at the keyword lines before the cards are read; what is wrong there is told by the readers.
+// Scans the keyword lines before the cards are read; errors are left to the readers.
 // ---------------------------------------------------------------------------
 int deck_dimension(const std::string& path)
 {
@@ -46,10 +46,10 @@ int deck_dimension(const std::string& path)
 }
 
 // ---------------------------------------------------------------------------
-// deck_same_dimension : elements and grid of a deck have one dimension, that of the first of them
+// deck_same_dimension : checks that elements and grid of a deck have one dimension
 //
-//   in   at, what   the word that tells the dimension dim, and how messages call it
-//   out  false: the deck has had another dimension before; told
+//   in   at, what   the word that implies the dimension dim, and its name in messages
+//   out  false: earlier elements or grid have another dimension; reported
 // ---------------------------------------------------------------------------
 bool deck_same_dimension(Deck& d, const Field& at, const std::string& what, int dim)
 {

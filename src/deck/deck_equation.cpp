@@ -1,4 +1,4 @@
-// Checks of equations between displacements, step by step
+// Checks of equations between displacements, for each step
 
 #include <map>
 
@@ -18,7 +18,7 @@ void fault(Deck& d, const Equation& e, const std::string& text)
   deck_error(d, deck_field(d, e.place, ""), text);
 }
 
-// [nnode] 1: some of its elements stay elements all the run, 2: none of them
+// [nnode] 0: no elements, 1: an element remains an element during the run, 2: none does
 std::vector<char> node_lives(const Model& m)
 {
   std::vector<char> leaves(m.mesh.nelem(), 0), life(m.mesh.nnode(), 0);
@@ -37,7 +37,7 @@ std::vector<char> node_lives(const Model& m)
   return life;
 }
 
-// nodes whose elements all become material points leave nothing that an equation could hold
+// equations cannot act on nodes whose elements all become material points
 void check_nodes(Deck& d, const Model& m, const std::vector<char>& life)
 {
   for (const Equation& e : m.equation)
@@ -52,7 +52,7 @@ void check_nodes(Deck& d, const Model& m, const std::vector<char>& life)
     }
 }
 
-// a dof is dependent or prescribed, not both
+// a dependent dof must not be prescribed
 void check_prescribed(Deck& d, const Model& m, const Step& s)
 {
   std::map<int, int> dependent;
@@ -77,7 +77,7 @@ void check_prescribed(Deck& d, const Model& m, const Step& s)
       }
 }
 
-// a node without elements carries a load only where an equation takes it on
+// a load on a node without elements needs an equation with this dof
 void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>& life)
 {
   std::vector<char> taken(3 * static_cast<std::size_t>(m.mesh.nnode()), 0);
@@ -112,7 +112,7 @@ DofSet equation_given(const Model& m, const Step& s)
 }
 
 // ---------------------------------------------------------------------------
-// check_equations : can the equations hold in all steps?
+// check_equations : the equations must be solvable in all steps, without conflicting supports and loads
 // ---------------------------------------------------------------------------
 void check_equations(Deck& d, const Model& m)
 {

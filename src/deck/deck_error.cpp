@@ -11,11 +11,11 @@
 namespace {
 
 const int max_printed = 50;
-const int max_of_kind = 5;     // more of one kind would hide the others
+const int max_of_kind = 5;     // more of one kind would bury the others
 const std::size_t max_stored = 1000;
-const int window = 100;        // characters of a long line that are shown
+const int window = 100;        // characters shown of a long line
 
-// the original line around the word, and the caret under it
+// the original line around the word, with carets below the word
 std::string echo(const Deck& d, const Field& at)
 {
   const std::string raw = deck_line_text(d, at.file, at.line);
@@ -27,7 +27,7 @@ std::string echo(const Deck& d, const Field& at)
   for (int i = from; i < to; ++i) {
     const unsigned char c = static_cast<unsigned char>(raw[i]);
     line += (c < 32 || c == 127) ? ' ' : static_cast<char>(c);
-    if (i < column && (c & 0xC0) != 0x80) caret += ' ';      // a character of UTF-8 may have several bytes
+    if (i < column && (c & 0xC0) != 0x80) caret += ' ';      // count UTF-8 characters, not bytes
   }
   if (to < n) line += "...";
   const int length = std::max(1, std::min(at.length, std::max(1, to - column)));
@@ -41,7 +41,7 @@ std::string page(const std::string& word)
   return "doc/keywords/" + name + ".md";
 }
 
-// keyword and text without numbers and the words that are cited: mistakes of one kind differ in these alone
+// keyword, field and text without digits: messages of one kind are equal
 std::string kind_of(const Deck& d, bool warning, const Field& at, const std::string& text)
 {
   std::string kind = (warning ? "w" : "e") + d.word + text_format(" %d ", at.number);
@@ -61,14 +61,14 @@ void add_message(Deck& d, bool warning, const Field& at, const std::string& text
   if (!d.word.empty()) m.text += ", *" + d.word;
   if (at.number > 0) m.text += text_format(", field %d", at.number);
   m.text += "\n" + echo(d, at) + "  " + text + "  (" + page(d.word) + ")";
-  // a line may act in many steps
+  // the same line may be checked in each step
   if (!d.told.insert(std::hash<std::string>()(m.text + (warning ? "w" : "e"))).second) return;
   m.kind = kind_of(d, warning, at, text);
   if (++d.of_kind[m.kind] > max_of_kind || d.message.size() >= max_stored) return;
   d.message.push_back(m);
 }
 
-// changes of one letter (other, missing, added, swapped) between two words
+// edit distance of two words: substitutions, deletions, insertions, transpositions
 int distance(const std::string& a, const std::string& b)
 {
   const std::size_t n = a.size(), m = b.size();
@@ -135,7 +135,7 @@ std::string text_keyword(const std::string& word)
 std::string text_nearest(const std::string& word, const std::vector<std::string>& valid)
 {
   if (word.empty() || word.size() > 80) return "";
-  // more changes are another word
+  // largest edit distance of a suggestion
   int best = std::min(static_cast<int>(word.size()) - 1, 1 + static_cast<int>(word.size()) / 3);
   std::string nearest;
   for (const std::string& v : valid) {
@@ -173,8 +173,8 @@ void deck_warn(Deck& d, const Field& at, const std::string& text)
 }
 
 // ---------------------------------------------------------------------------
-// deck_print_messages : errors in the order of the deck, then warnings; 5 of a kind and 50 of each, then the
-// counts
+// deck_print_messages : errors in the order of the deck, then warnings; at most 5 of a kind and 50 of each,
+// then the number of the others
 // ---------------------------------------------------------------------------
 void deck_print_messages(const Deck& d)
 {
@@ -215,7 +215,7 @@ std::string spot_text(const Deck& d, const Spot& s)
 }
 
 // ---------------------------------------------------------------------------
-// deck_field : the word of a line that is known by its place only; the whole line when it is not there
+// deck_field : position of a word in a line; the whole line when it does not contain the word
 // ---------------------------------------------------------------------------
 Field deck_field(const Deck& d, const Place& place, const std::string& word)
 {

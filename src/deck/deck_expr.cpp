@@ -19,7 +19,7 @@ const char* const reserved[] = {"x", "y", "z", "t", "pi", "_pi", "_e"};
 bool name_char(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
 bool name_start(char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
 
-// what muParser would take without a word: assignments, lists, strings
+// rejects syntax that muParser accepts silently: assignments, lists, strings
 bool well_formed(const std::string& text, std::string& error, int& position)
 {
   int depth = 0;
@@ -54,7 +54,7 @@ bool listed(const char* const* first, const char* const* last, const std::string
 bool is_function(const std::string& name) { return listed(std::begin(functions), std::end(functions), name); }
 bool is_reserved(const std::string& name) { return listed(std::begin(reserved), std::end(reserved), name); }
 
-// the first name of the text that nobody knows; false: all are known
+// finds the first unknown name of the text; false: all are known
 bool unknown_name(const Deck& d, const std::string& text, bool with_xyzt, std::string& name, int& position)
 {
   for (std::size_t i = 0; i < text.size();) {
@@ -97,7 +97,7 @@ std::vector<std::string> known_names(const Deck& d, bool with_xyzt)
   return list;
 }
 
-// caret under the wrong place of the expression
+// reports an error with the caret below position in the expression
 void report(Deck& d, Field at, int offset, const std::string& text, const std::string& error, int position,
             int length)
 {
@@ -136,7 +136,7 @@ std::string deck_parameter_name_fault(const std::string& name)
 // ---------------------------------------------------------------------------
 // deck_scalar : value of an expression of parameters
 //
-//   in   at, offset   the word, and how many characters before the text belong to it (caret)
+//   in   at, offset   the word, and the offset of the text in it (caret)
 // ---------------------------------------------------------------------------
 bool deck_scalar(Deck& d, const Field& at, int offset, const std::string& text, double& value)
 {
@@ -170,7 +170,7 @@ bool deck_function(Deck& d, const Field& at, const std::string& text, Expr& out)
   return true;
 }
 
-// deck_function_of_t : the same, but x, y, z have no meaning (amplitudes)
+// deck_function_of_t : a function of t alone (amplitudes)
 bool deck_function_of_t(Deck& d, const Field& at, const std::string& text, Expr& out)
 {
   for (std::size_t i = 0; i < text.size(); ++i) {

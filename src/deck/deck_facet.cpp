@@ -1,5 +1,5 @@
-// Elements of a lower dimension than the model, as mesh generators write them for sides and edges: sets of
-// nodes and surfaces
+// Elements of a lower dimension than the model (facets), written by mesh generators for sides and edges:
+// they become node sets and surfaces
 
 #include <algorithm>
 #include <array>
@@ -33,7 +33,7 @@ Corners sorted(int n, const int* node)
   return c;
 }
 
-// outer faces of the mesh by their corners
+// outer faces of the mesh, keyed by their sorted corners
 std::map<Corners, Face> outer_faces(Deck& d, const Model& m)
 {
   std::map<Corners, Face> out;
@@ -49,7 +49,7 @@ std::map<Corners, Face> outer_faces(Deck& d, const Model& m)
 
 }  // namespace
 
-// element_type_here : the type that a name in the open file stands for; *INCLUDE may give names
+// element_type_here : element type of a name in the open file, translated by the pairs of *INCLUDE
 std::string element_type_here(const Deck& d, const std::string& type)
 {
   std::string name = text_upper(type);
@@ -88,8 +88,8 @@ void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, c
 }
 
 // ---------------------------------------------------------------------------
-// facet_surfaces : the outer faces of the mesh that a set of elements of a lower dimension lies on become a
-// surface of its name
+// facet_surfaces : makes a surface of each facet set, from the outer faces of the mesh that coincide with
+// its facets
 // ---------------------------------------------------------------------------
 void facet_surfaces(Deck& d, Model& m)
 {
@@ -104,8 +104,8 @@ void facet_surfaces(Deck& d, Model& m)
       const auto f = outer.find(sorted(d.facet[i].corners, d.facet[i].node));
       if (f != outer.end()) s.face.push_back(f->second);
     }
-    if (s.face.empty()) continue;                    // edges in space, or inside the mesh: nodes alone
-    if (model_find_surface(m, s.name) >= 0) continue;      // *SURFACE has made one of this name
+    if (s.face.empty()) continue;                    // edges in space, or inside the mesh: node set only
+    if (model_find_surface(m, s.name) >= 0) continue;      // defined by *SURFACE
     if (s.face.size() < set.item.size() && d.absent_elem.empty())
       deck_warn(d, deck_field(d, set.place, set.name),
                 text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) +

@@ -12,7 +12,7 @@ void refuse(Deck& d, const char* keyword, const Place& place, const std::string&
   deck_error(d, deck_field(d, place, word), text);
 }
 
-// an element breaks by one definition, and is converted by one
+// an element belongs to at most one definition
 template <class Def>
 void check_once(Deck& d, const Model& m, const std::vector<Def>& defs, const char* keyword)
 {
@@ -31,7 +31,7 @@ void check_once(Deck& d, const Model& m, const std::vector<Def>& defs, const cha
   }
 }
 
-// sets hold finite elements, not what becomes points before the run
+// sets must contain finite elements, not elements that are points from the start
 template <class Def>
 void check_elements(Deck& d, const Model& m, const std::vector<Def>& defs, const char* keyword)
 {
@@ -65,7 +65,7 @@ void check_broken(Deck& d, const Model& m)
     }
 }
 
-// configurational forces hold in equilibrium only
+// configurational forces are valid in equilibrium only
 void check_estimate(Deck& d, const Model& m)
 {
   for (const FractureDef& f : m.fracture)
@@ -93,28 +93,28 @@ double diameter(const Mesh& mesh, int e)
   return most;
 }
 
-// width of an element that the softening still follows: E over its steepest slope        (2.34)
+// largest element that can follow the softening: E over its steepest slope               (2.34)
 double widest(const FractureDef& f, double young)
 {
   const double part[] = {2.0, 1.2, 1.0};             // linear, bilinear, exponential
   return part[f.softening] * young * f.gc / (f.ft * f.ft);
 }
 
-// the largest stress that Drucker-Prager material carries in uniaxial tension                    (2.37)
+// uniaxial tensile strength of a Drucker-Prager material                                         (2.37)
 double tension_of(const Material& a)
 {
   const double most = *std::max_element(a.yield.begin(), a.yield.end());
   return cone_part(a) * most / (1.0 + a.friction / 3.0);
 }
 
-// COHESIVE: elastic material, or *DRUCKER PRAGER; elements in which the softening can be followed
+// COHESIVE: needs elastic or Drucker-Prager material and elements small enough for the softening
 void check_cohesive(Deck& d, const Model& m)
 {
   for (const FractureDef& f : m.fracture) {
     if (f.criterion != CRITERION_COHESIVE || f.elset < 0) continue;
     for (int e : m.elset[f.elset].item) {
       const int section = m.mesh.elem_section[e], material = section < 0 ? -1 : m.section[section].material;
-      if (material < 0) break;                       // check_elements tells
+      if (material < 0) break;                       // reported by check_elements
       const Material& mat  = m.material[material];
       const ElemType& type = elem_table[m.mesh.elem_type[e]];
       const double most    = widest(f, mat.young), size = diameter(m.mesh, e);
@@ -168,7 +168,7 @@ void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
   }
 }
 
-// what waits to break must be able to
+// TRIGGER=EROSION needs elements that can break
 void check_trigger(Deck& d, const Model& m, const ConversionDef& c)
 {
   if (c.trigger != TRIGGER_EROSION) return;
@@ -183,7 +183,8 @@ void check_trigger(Deck& d, const Model& m, const ConversionDef& c)
          "points; write one, or take TRIGGER=DISTORTION or TIME");
 }
 
-// the body that the elements of one section become, empty at t = 0, and the bonds that tie it to what is left
+// creates the body of the converted elements of one section, empty at t = 0, and its bonds to the other
+// elements
 void make_body(Model& m, ConversionDef& c, int section, const IntVec& elem)
 {
   Body b;
@@ -218,7 +219,7 @@ void make_body(Model& m, ConversionDef& c, int section, const IntVec& elem)
   m.bond.push_back(bond);
 }
 
-// cells much larger than the elements: the grid would tie the two faces of a crack together
+// grid cells much larger than the elements would couple the two faces of a crack
 void check_cells(Deck& d, const Model& m, const ConversionDef& c)
 {
   if (!m.grid.given || c.elset < 0) return;
@@ -262,7 +263,7 @@ void make_bodies(Deck& d, Model& m, ConversionDef& c)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// deck_fracture : what *EIGENFRACTURE, *CONVERSION and pre-cracks need of the whole deck, and their mistakes
+// deck_fracture : checks *EIGENFRACTURE, *CONVERSION and pre-cracks; creates the bodies of *CONVERSION
 // ---------------------------------------------------------------------------
 void deck_fracture(Deck& d, Model& m)
 {

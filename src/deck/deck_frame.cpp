@@ -1,6 +1,6 @@
-// Nodes with directions of their own (*TRANSFORM). Supports, loads and equations of such a node act on its
-// twin: a node without elements, whose displacements are those of the node in its own directions, by
-// equations: doc/theory.md (5.9)
+// Nodes with local directions (*TRANSFORM). Supports, loads and equations of such a node act on its twin: a
+// node without elements whose displacements are the local components of those of the node, by equations:
+// doc/theory.md (5.9)
 
 #include <algorithm>
 
@@ -41,7 +41,7 @@ void frame_nodes(Deck& d, Model& m, IntVec& node)
 }
 
 // ---------------------------------------------------------------------------
-// frame_resolve : the equations of twins hold in all steps, whatever *EQUATION, REMOVE ALL says
+// frame_resolve : activates the equations of twins in all steps, also after *EQUATION, REMOVE ALL
 // ---------------------------------------------------------------------------
 void frame_resolve(Deck& d, Model& m)
 {

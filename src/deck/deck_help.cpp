@@ -11,7 +11,7 @@
 
 namespace {
 
-// folders that may hold the pages: MPFE_DOC, beside the sources, after make install
+// folders searched for pages: MPFE_DOC, the source tree, the installation
 std::vector<std::string> page_folders()
 {
   std::vector<std::string> folder;
@@ -40,7 +40,7 @@ bool print_page(const std::string& path, std::FILE* out)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// deck_help : prints the page of a keyword; without the pages its parameters and one line
+// deck_help : prints the page of a keyword; without a page, its help line and parameters
 // ---------------------------------------------------------------------------
 bool deck_help(const std::string& asked, std::FILE* out)
 {

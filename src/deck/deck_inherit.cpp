@@ -1,6 +1,6 @@
-// What stays from step to step (OP=MOD, OP=NEW), what a later step replaces, and what ramps:
-// *CLOAD and *BOUNDARY by node and direction, loads on faces by element face, volume loads by target and
-// direction. Loads of one step add up; of prescribed displacements the last line holds.
+// Loads and supports of earlier steps: kept (OP=MOD), removed (OP=NEW), replaced or ramped down.
+// *CLOAD and *BOUNDARY are replaced by node and direction, loads on faces by element face, volume loads by
+// target and direction. Loads of one step add up; of prescribed displacements the last line is used.
 
 #include <algorithm>
 #include <iterator>
@@ -11,9 +11,9 @@
 
 namespace {
 
-enum Replace { KEEP, AT_ONCE, BY_RAMP };      // what becomes of a load of the step before
+enum Replace { KEEP, AT_ONCE, BY_RAMP };      // action on a load of the previous step
 
-// What the lines of a step replace
+// Loads replaced by the lines of a step
 struct Replaced {
   std::unordered_map<long, Replace> dof;      // node*3 + direction
   std::unordered_map<long, Replace> face;     // (element*6 + face)*2 + kind
@@ -62,7 +62,7 @@ Replaced replaced_by(const Model& m, const Step& s)
   return out;
 }
 
-// A table in step time has ended with its step: its last value goes on as a factor
+// An amplitude in step time ends with its step: its last value becomes a factor
 void end_amplitude(const Model& m, double period, double time, double& factor, int& amplitude, bool any)
 {
   if (amplitude < 0 || (m.amplitude[amplitude].total_time && !any)) return;
@@ -70,7 +70,7 @@ void end_amplitude(const Model& m, double period, double time, double& factor, i
   amplitude = -1;
 }
 
-// items that fate(item) keeps; those that leave by a ramp go to fading
+// keeps the items with fate(item) == KEEP; moves items with BY_RAMP to fading
 template <class Item, class Fate>
 void part(std::vector<Item>& item, std::vector<Item>& fading, Fate fate)
 {
@@ -83,7 +83,7 @@ void part(std::vector<Item>& item, std::vector<Item>& fading, Fate fate)
   item.resize(k);
 }
 
-// a load on a surface of a body: another surface of this body takes away what both have
+// a load on a surface of a body is replaced where another loaded surface of the body overlaps it
 void part_surfaces(const Model& m, const Load& l, const Replaced& r, Load& kept, std::vector<Load>& out)
 {
   for (const auto& other : r.surface[kind_of(l)]) {
@@ -95,8 +95,8 @@ void part_surfaces(const Model& m, const Load& l, const Replaced& r, Load& kept,
   }
 }
 
-// what stays of a load of the step before, and what leaves by a ramp
-//   in   removed   OP=NEW: all of it goes, where nothing takes its place by a ramp
+// splits a load of the previous step into a kept part and a part that is ramped down
+//   in   removed   OP=NEW: all of it is removed, by a ramp unless it is replaced at once
 void inherit_load(const Model& m, const Load& l, const Replaced& r, bool removed, bool is_static,
              std::vector<Load>& kept, std::vector<Load>& fading)
 {
@@ -125,7 +125,7 @@ void inherit_load(const Model& m, const Load& l, const Replaced& r, bool removed
   }
 }
 
-// have two ascending lists an item in common?
+// two ascending lists have a common item
 bool meet(const IntVec& a, const IntVec& b)
 {
   IntVec both;
@@ -133,7 +133,7 @@ bool meet(const IntVec& a, const IntVec& b)
   return !both.empty();
 }
 
-// a volume load beside one of an earlier step on the same elements or bodies, which is not replaced
+// warns of a volume load that adds to one of an earlier step on the same elements or bodies
 void warn_beside(Deck& d, const Step& s, const std::vector<Load>& kept)
 {
   for (const Load& l : s.load)
@@ -149,7 +149,7 @@ void warn_beside(Deck& d, const Step& s, const std::vector<Load>& kept)
     }
 }
 
-// the same target and direction again, in one step
+// warns of loads with the same target and direction in one step
 void warn_added(Deck& d, const Step& s)
 {
   std::map<std::string, const Load*> said;
@@ -163,7 +163,7 @@ void warn_added(Deck& d, const Step& s)
   }
 }
 
-// faces of elements as a surface: they go on as faces of points when their elements become points
+// replaces the list of element faces by a surface, which follows elements that become points
 void give_surface(Model& m, Load& l)
 {
   if (l.face.empty()) return;
@@ -226,7 +226,7 @@ bool same_value(const Prescribed& a, const Prescribed& b)
   return expr_same(a.value, b.value) && a.amplitude == b.amplitude && a.velocity == b.velocity;
 }
 
-// of several lines for a node and direction the last one holds; two values in one step are worth a warning
+// of several lines for a node and direction the last one is used; two values in one step give a warning
 void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::size_t first_new)
 {
   std::vector<int> last(3 * m.mesh.node_label.size(), -1);
@@ -294,7 +294,7 @@ void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, c
 }
 
 // ---------------------------------------------------------------------------
-// deck_inherit : from what each step says to what acts in it
+// deck_inherit : adds loads and supports of earlier steps to each step
 // ---------------------------------------------------------------------------
 void deck_inherit(Deck& d, Model& m)
 {

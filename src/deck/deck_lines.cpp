@@ -40,7 +40,7 @@ std::string printed(double v)
   return text_format("%.17g", v);
 }
 
-// "text" : everything up to the closing quote
+// "text" : reads up to the closing quote
 void scan_quote(Scan& s, Field& f)
 {
   const std::size_t open = s.pos, close = s.raw.find('"', open + 1);
@@ -54,7 +54,7 @@ void scan_quote(Scan& s, Field& f)
   s.pos = close == std::string::npos ? end : end + 1;
 }
 
-// <expression> : the number it stands for
+// <expression> : replaced by its value
 void scan_number(Scan& s, Field& f)
 {
   const std::size_t open = s.pos, close = s.raw.find('>', open);
@@ -74,7 +74,7 @@ void scan_number(Scan& s, Field& f)
   s.pos = close + 1;
 }
 
-// the word up to a character of stop, which stays; quotes and <...> hide such characters
+// reads a word up to a character of stop, which is not consumed; quotes and <...> protect such characters
 Field scan_word(Scan& s, const char* stop)
 {
   while (s.pos < s.raw.size() && blank(s.raw[s.pos])) ++s.pos;
@@ -116,7 +116,7 @@ Scan scan_open(Deck& d, bool substitute)
   return s;
 }
 
-// parameters of one keyword line; true: it ends in a comma and goes on in the next line
+// parameters of one keyword line; true: it ends in a comma and continues in the next line
 bool scan_params(Scan& s, Head& head)
 {
   bool comma = true;
@@ -168,7 +168,7 @@ std::string same_file(const std::string& path)
   return ec ? path : p.string();
 }
 
-// file text into memory; false with the reason
+// reads a file into memory; false: failed, with the reason
 bool load_file(const std::string& path, DeckFile& f, std::string& reason)
 {
   std::error_code ec;
@@ -199,7 +199,7 @@ bool is_element_type(const std::string& word)
   return false;
 }
 
-// CPE3|CPS3 as CPE3, CPS3
+// CPE3|CPS3 -> CPE3, CPS3
 std::string text_join(std::string words)
 {
   std::size_t i;
@@ -255,7 +255,7 @@ int deck_line_number(const Deck& d, int file, int line)
 }
 
 // ---------------------------------------------------------------------------
-// deck_open : go on reading in this file. from: the word of *INCLUDE that names it, null for the deck itself.
+// deck_open : continues reading in this file. from: the word of *INCLUDE that names it, null for the deck
 // ---------------------------------------------------------------------------
 bool deck_open(Deck& d, const std::string& path, const Field* from)
 {
@@ -276,7 +276,7 @@ bool deck_open(Deck& d, const std::string& path, const Field* from)
     if (deck_has_parts(d.file[index])) deck_flatten(d, index);
   }
   if (!reason.empty()) {
-    if (!from) {               // the deck itself: a file without lines stands for it
+    if (!from) {               // the deck: an empty file, for the message
       f = DeckFile();
       f.path = path;
       d.file.push_back(f);
@@ -293,8 +293,8 @@ bool deck_open(Deck& d, const std::string& path, const Field* from)
 }
 
 // ---------------------------------------------------------------------------
-// deck_peek : skips blank lines and comments, opens includes and closes files that have ended.
-// False: the deck has ended. keyword: the next line begins with a star.
+// deck_peek : skips blank lines and comments, opens includes and closes finished files.
+// False: end of the deck. keyword: the next line begins with a star.
 // ---------------------------------------------------------------------------
 bool deck_peek(Deck& d, bool& keyword)
 {
@@ -317,7 +317,7 @@ bool deck_peek(Deck& d, bool& keyword)
 }
 
 // ---------------------------------------------------------------------------
-// deck_head : takes a keyword line; a line that ends in a comma goes on in the next one
+// deck_head : reads a keyword line; a line that ends in a comma continues in the next one
 // ---------------------------------------------------------------------------
 void deck_head(Deck& d, Head& head)
 {
@@ -351,11 +351,11 @@ void deck_hash(Deck& d, const std::string& line)
 }
 
 // ---------------------------------------------------------------------------
-// deck_split : takes a data line
+// deck_split : reads a data line
 //
-//   in   substitute   replace <expression> by its number
-//   out  field        the words between commas; a comma at the end of the line makes no field
-//        whole        the line without blanks around it, unchanged
+//   in   substitute   replace <expression> by its value
+//   out  field        words between commas; a comma at the end of the line adds no field
+//        whole        the trimmed line
 //        comma        the line ends in a comma
 // ---------------------------------------------------------------------------
 void deck_split(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma)

@@ -31,7 +31,7 @@ int target(Deck& d, const Field& at, const std::vector<Named>& list, const char*
   const std::string name = text_upper(at.text);
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == name) return static_cast<int>(i);
-  // for want of elements of a type that is not available, which is reported
+  // undefined because its elements have an unavailable type, which is reported
   if (d.absent_set.count(name) || (!d.absent_elem.empty() && is_facet_set(d, name))) {
     ++d.errors;
     return -1;
@@ -57,7 +57,7 @@ int index_of(Deck& d, const LabelIndex& index, const Field& at, int label, const
   return i;
 }
 
-// set named like the label, so that a single node serves wherever a set does
+// a set with the label as its name, so that a single node can be used as a set
 int set_of_one(std::vector<Set>& sets, const std::string& name, int item, const Place& place)
 {
   for (std::size_t i = 0; i < sets.size(); ++i)
@@ -127,7 +127,7 @@ int mesh_add_elem(Deck& d, Model& m, int label, int type, const int* node, const
   return e;
 }
 
-// element_type_words : CPE3|CPS3|... as card_param_word wants it
+// element_type_words : CPE3|CPS3|... for card_param_word
 std::string element_type_words()
 {
   std::string words;
@@ -150,7 +150,7 @@ void mesh_centroid(const Mesh& mesh, int e, double x[3])
 }
 
 // ---------------------------------------------------------------------------
-// mesh_free_faces : faces that only one element of the mesh has, by their corners, ordered by element
+// mesh_free_faces : faces of one element only, compared by their corners, ordered by element
 // ---------------------------------------------------------------------------
 const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
 {
@@ -181,8 +181,7 @@ const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
 }
 
 // ---------------------------------------------------------------------------
-// set_merge : items (any order) join the set of this name, which is made when it does not exist; index of the
-// set
+// set_merge : adds items (in any order) to the set of this name, created if needed. Returns its index.
 // ---------------------------------------------------------------------------
 int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place)
 {
@@ -205,7 +204,7 @@ int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, con
 
 std::vector<std::string> names_of_sets(const std::vector<Set>& sets) { return names_of(sets); }
 
-// target_label : a whole number, perhaps with a sign, is a label
+// target_label : an integer, with or without sign, is a label
 bool target_label(const std::string& text, int& label)
 {
   const char* last = text.data() + text.size();

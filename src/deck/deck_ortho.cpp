@@ -4,7 +4,7 @@
 
 #include "deck/deck_state.h"
 
-// Orthotropic elastic constants: their matrix, the same in other directions, an isotropic material instead
+// Orthotropic elastic constants: matrix, rotation, equivalent isotropic constants
 
 namespace {
 
@@ -12,7 +12,7 @@ const int six_of[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// largest eigenvalue of n.D.n over directions n: density times the square of the fastest wave
+// largest eigenvalue of n.D.n over directions n: density times square of the fastest wave speed
 double fastest_wave(const RealVec& D)
 {
   const int steps = 24;
@@ -35,8 +35,8 @@ double fastest_wave(const RealVec& D)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// ortho_matrix : D of E1 E2 E3 nu12 nu13 nu23 G12 G13 G23; false: the constants are not those of a material,
-// which stores energy in each strain                                             doc/theory.md (2.42)
+// ortho_matrix : D of E1 E2 E3 nu12 nu13 nu23 G12 G13 G23; false: not positive definite
+//                                                                                doc/theory.md (2.42)
 // ---------------------------------------------------------------------------
 bool ortho_matrix(const double* c, RealVec& D)
 {
@@ -57,13 +57,13 @@ bool ortho_matrix(const double* c, RealVec& D)
 }
 
 // ---------------------------------------------------------------------------
-// ortho_turn : D in the directions of the model
+// ortho_turn : D rotated from the directions of the material to those of the model
 //   in   axis   unit vectors 1, 2, 3 of the material                    [9]       doc/theory.md (2.43)
 // ---------------------------------------------------------------------------
 RealVec ortho_turn(const RealVec& D, const std::array<double, 9>& axis)
 {
   RealVec out(36, 0.0);
-  Matrix6 T;                   // strain of the material, engineering shear, from that of the model
+  Matrix6 T;                   // strains of the model -> of the material, engineering shear
   const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
   for (int a = 0; a < 6; ++a)
     for (int b = 0; b < 6; ++b) {
@@ -79,9 +79,8 @@ RealVec ortho_turn(const RealVec& D, const std::array<double, 9>& axis)
 }
 
 // ---------------------------------------------------------------------------
-// ortho_isotropic : young and poisson of an isotropic material whose pressure waves are as fast as the
-// fastest of D, and its shear waves near the fastest of D: for penalties, stable increments, viscous
-// boundaries
+// ortho_isotropic : young and poisson of an isotropic material with the fastest pressure wave of D and about
+// its fastest shear wave, for penalties, stable increments and viscous boundaries
 // ---------------------------------------------------------------------------
 void ortho_isotropic(const RealVec& D, double& young, double& poisson)
 {

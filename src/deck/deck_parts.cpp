@@ -7,8 +7,8 @@
 
 #include "deck/deck_state.h"
 
-// A deck of parts and instances becomes a flat one before its cards are read: the lines of a part stand where
-// its instance is, with labels beyond those of the instances before, and NAME of a set as INSTANCE.NAME
+// A deck with parts and instances is flattened before its cards are read: each *INSTANCE is replaced by the
+// lines of its part, with labels above those of earlier instances and sets renamed to INSTANCE.NAME
 
 namespace {
 
@@ -16,7 +16,7 @@ const double PI = 3.14159265358979323846;
 
 struct FlatLine {
   std::string text;
-  int origin;                  // line of the file, from 1
+  int origin;                  // 1-based line of the file
 };
 
 struct DeckPart {
@@ -24,21 +24,21 @@ struct DeckPart {
 };
 
 struct Instance {
-  std::string name;            // before the names of its sets
+  std::string name;            // prefix of its set names
   double shift[3] = {0, 0, 0};
   double from[3] = {0, 0, 0}, to[3] = {0, 0, 0}, angle = 0.0;   // axis of the rotation, degrees
-  int node = 0, elem = 0;      // added to labels
+  int node = 0, elem = 0;      // offset of labels
 };
 
 struct Flat {
   std::vector<FlatLine> out;
-  std::vector<std::pair<int, std::string>> fault;    // line of out, what is wrong there
+  std::vector<std::pair<int, std::string>> fault;    // line of out, message
   std::map<std::string, DeckPart> part;
   std::map<std::string, Instance> instance;
-  Instance assembly;           // its own nodes (reference points) and the labels in its sets
+  Instance assembly;           // offsets for nodes and sets of the assembly (reference points)
   bool has_points = false;
   int most_node = 0, most_elem = 0;                  // largest label so far
-  std::string told;            // instances and what was added to their labels
+  std::string told;            // instances and label offsets, for the listing
 };
 
 // ---- words of a line
@@ -49,7 +49,7 @@ std::string trimmed(const std::string& s)
   return a == std::string::npos ? "" : s.substr(a, b - a + 1);
 }
 
-// fields between commas outside of quotes
+// fields separated by commas outside quotes
 std::vector<std::string> fields_of(const std::string& line)
 {
   std::vector<std::string> out(1);
@@ -103,7 +103,7 @@ bool has_flag(const std::string& line, const char* name)
   return false;
 }
 
-// a number of a placement, or a coordinate that it moves; blank: 0
+// a number of *INSTANCE, or a coordinate moved by it; blank: 0
 double placed_number(Flat& f, const std::string& field)
 {
   char* end = nullptr;
@@ -122,7 +122,7 @@ std::string in_quotes(const std::string& name)
   return name.find(' ') == std::string::npos ? name : '"' + name + '"';
 }
 
-// a label, or the name of a set of the instance
+// a label with its offset, or the name of a set of the instance
 std::string shifted(const Instance& i, const std::string& field, int by)
 {
   int label = 0;
@@ -163,7 +163,7 @@ std::string node_line(Flat& flat, const Instance& i, std::vector<std::string> f)
   return line;
 }
 
-// a data line of a card; first: an element begins in it
+// a data line of a card; first: first line of an element
 std::string data_line(Flat& flat, const Instance& i, const std::string& word, const std::string& head,
                       bool first, const std::string& line)
 {
@@ -179,7 +179,7 @@ std::string data_line(Flat& flat, const Instance& i, const std::string& word, co
   return joined(f);
 }
 
-// names of sets of the instance in a keyword line of its part
+// a keyword line of a part, with the set names of the instance
 std::string head_line(const Instance& i, const std::string& word, const std::string& line)
 {
   std::vector<std::string> f = fields_of(line);
@@ -226,7 +226,7 @@ void add_instance(Flat& f, const Instance& i, const DeckPart& part)
   }
 }
 
-// what is added to the labels of the next instance: a power of ten above all so far
+// label offset of the next instance: a power of ten above the largest label so far
 int above_all(int most)
 {
   int by = most > 0 ? 10 : 0;
@@ -275,7 +275,7 @@ void begin_instance(Flat& f, const std::string& head, const std::vector<FlatLine
   f.instance[i.name] = i;
 }
 
-// nodes of the assembly itself: beyond those of all instances so far
+// nodes of the assembly: labels above those of all instances so far
 void begin_points(Flat& f)
 {
   if (f.has_points) return;
@@ -285,7 +285,7 @@ void begin_points(Flat& f)
                                              f.assembly.node);
 }
 
-// a line of the assembly: sets of an instance by its labels, reference points
+// a line of the assembly: sets with labels of an instance, reference points
 void assembly_line(Flat& f, const FlatLine& l, std::string& head, const Instance*& of)
 {
   const std::string t = trimmed(l.text);
@@ -312,7 +312,7 @@ void assembly_line(Flat& f, const FlatLine& l, std::string& head, const Instance
   f.out.push_back({text, l.origin});
 }
 
-// ---- the lines of a file, with those of includes that hold parts or stand in one
+// ---- lines of a file, with the lines of includes that contain parts or are part of one
 
 bool begins_part(const std::string& line)
 {
@@ -339,7 +339,7 @@ std::string path_of_include(const std::string& folder, const std::string& head)
   return "";
 }
 
-// Is the keyword line a part of a flat deck: does it open or close what holds parts?
+// tracks whether the keyword line opens or closes a part or an assembly
 void look_inside(const std::string& word, bool& part, bool& assembly)
 {
   if (word == "PART") part = true;
@@ -348,8 +348,8 @@ void look_inside(const std::string& word, bool& part, bool& assembly)
   if (word == "END ASSEMBLY") assembly = false;
 }
 
-// Adds a line; a keyword line inside *PART or *ASSEMBLY that ends in a comma becomes one with the next.
-//   in   origin   line of the deck, for the messages; of an include that of the card *INCLUDE
+// Adds lines; a keyword line inside *PART or *ASSEMBLY that ends in a comma is joined with the next.
+//   in   origin   line of the deck for messages; in an include the line of *INCLUDE
 void add_lines(const std::string& folder, const std::vector<std::string>& text, int origin, int depth,
                bool& part, bool& assembly, std::vector<FlatLine>& all)
 {
@@ -378,7 +378,7 @@ void add_lines(const std::string& folder, const std::vector<std::string>& text, 
   }
 }
 
-// one line after the other: parts are kept for their instances
+// copies the lines; lines of parts are stored for their instances
 void flatten(const std::vector<FlatLine>& all, Flat& f)
 {
   DeckPart* part = nullptr;

@@ -15,7 +15,7 @@ std::vector<std::string> keyword_words()
   return list;
 }
 
-// what to do about a keyword of Abaqus or CalculiX that is not there; "": nothing in particular
+// hint for a keyword of Abaqus or CalculiX that is not available here; "": none
 std::string other_keyword(const std::string& word)
 {
   for (const char* part : {"PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "INSTANCE", "END INSTANCE"})
@@ -24,8 +24,8 @@ std::string other_keyword(const std::string& word)
   return "";
 }
 
-// Cards of pre-processors that change nothing here: requests of output, which *VTK, *HISTORY and the cards of
-// CalculiX make; controls of another program; properties of heat, where no temperature is given
+// Keywords that are ignored: output requests of Abaqus (here *VTK, *HISTORY and the keywords of CalculiX),
+// controls of another program, thermal properties
 bool changes_nothing(const std::string& word)
 {
   for (const char* other : {"PREPRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT",
@@ -54,7 +54,7 @@ void skip_data(Deck& d)
   while (deck_peek(d, keyword) && !keyword) deck_split(d, false, field, whole, comma);
 }
 
-// parameters against the table: unknown, twice, missing. False: the card cannot be read.
+// checks the parameters: unknown, repeated, missing. False: the card cannot be read.
 bool params_fit(Card& c)
 {
   std::vector<std::string> valid;
@@ -80,7 +80,7 @@ bool params_fit(Card& c)
   return fit;
 }
 
-// is this the place for the keyword, and which material, interaction and step are open
+// checks that the keyword is allowed here; closes the open material and interaction
 bool place_fits(Card& c, const Model& m)
 {
   Deck& d = *c.deck;
@@ -107,8 +107,8 @@ bool place_fits(Card& c, const Model& m)
   return false;
 }
 
-// the words and data lines of this card are part of what a restart file belongs to; those of output alone and
-// of the way to a solution are not, nor is the limit of increments
+// adds keyword and parameters to the hash by which a restart file is matched to its deck; keywords of output
+// and of solution control are left out, and the limit of increments
 void hash_card(Deck& d, const Card& c)
 {
   const std::vector<std::string> free = split_words(
@@ -136,7 +136,7 @@ void read_card(Deck& d, Model& m)
   c.keyword = keyword_find(c.head.word);
   if (!c.keyword && changes_nothing(c.head.word)) {
     ++d.passed[c.head.word];
-    d.hashing = false;         // a restart file does not belong to them
+    d.hashing = false;         // not part of the hash
     return skip_data(d);
   }
   if (!c.keyword) {
@@ -241,13 +241,13 @@ void deck_run_later(Deck& d, Model& m, Stage stage)
 // deck_read : deck -> model
 //
 //   0. two or three dimensions
-//   1. cards one after the other; each reader reports its mistakes and goes on
+//   1. cards in order; each reader reports its errors and continues
 //   2. names that may be used before they are defined
-//   3. sections of elements, loads of elements that become material points
+//   3. sections of elements, loads on elements that become material points
 //   4. checks of the whole model
 //
 //   in   defines   -D name=value
-//   out  number of errors; all messages are on stderr
+//   out  number of errors; all messages go to stderr
 // ---------------------------------------------------------------------------
 int deck_read(const std::string& path, const std::vector<std::pair<std::string, double>>& defines,
               Model& model)
@@ -259,7 +259,7 @@ int deck_read(const std::string& path, const std::vector<std::pair<std::string, 
     read_all(d, path, defines, model);
   } catch (const std::bad_alloc&) {
     deck_print_messages(d);
-    throw;                     // main says that the memory is not enough
+    throw;                     // reported by main
   }
   deck_print_messages(d);
   return d.errors;

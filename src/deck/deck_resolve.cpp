@@ -4,7 +4,7 @@
 
 namespace {
 
-// elements get the section of their set; one element, one section
+// assigns the sections to the elements of their sets; an element has one section
 void give_sections(Deck& d, Model& m)
 {
   d.word = "SOLID SECTION";
@@ -29,7 +29,7 @@ void give_sections(Deck& d, Model& m)
     if (b.material >= 0) m.material[b.material].used = true;
 }
 
-// materials of elements that can break, and of those that *CONVERSION makes points of
+// marks materials of elements that can break
 void mark_breaking(Model& m)
 {
   for (const FractureDef& f : m.fracture) {
@@ -42,7 +42,7 @@ void mark_breaking(Model& m)
   }
 }
 
-// a hyperelastic material knows no small strains: NLGEOM in all steps, as CalculiX does
+// hyperelastic materials need NLGEOM in all steps, as in CalculiX
 void force_nlgeom(Deck& d, Model& m)
 {
   d.word = "STEP";
@@ -68,7 +68,7 @@ IntVec body_of_elements(const Model& m)
   return body;
 }
 
-// A volume load on elements that become points is a load on their body
+// moves a volume load on elements that become points to their body
 void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
 {
   std::vector<std::size_t> hit(m.body.size(), 0);
@@ -90,9 +90,8 @@ void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
   l.elem.swap(rest);
 }
 
-// Newmark's scheme keeps the energy of linear motion only: anything nonlinear takes energy-momentum unless
-// the deck says otherwise.
-// A dynamic step is judged by its balance of energy, a static one when the deck asks for it.
+// Default scheme: Newmark conserves energy in linear problems only, so nonlinear ones take energy-momentum.
+// The energy balance is checked in dynamic steps; in static ones on request.
 void settle_scheme(Deck& d, const Model& m, Step& s)
 {
   if (s.proc != PROC_DYNAMIC) return;
@@ -107,8 +106,8 @@ void settle_scheme(Deck& d, const Model& m, Step& s)
   if (s.balance == 0.0) s.balance = 0.05;
 }
 
-// A front of an explicit step rings by more than a strength bears: bulk viscosity where there is one, unless
-// the deck says otherwise. Test: C5 (strength/spall.inp)
+// Default bulk viscosity: on where materials have a strength, as spurious oscillations behind a wave front
+// would exceed it. Test: C5 (strength/spall.inp)
 void settle_bulk(const Model& m, Step& s)
 {
   if (s.bulk_linear != NOT_GIVEN) return;
@@ -119,8 +118,8 @@ void settle_bulk(const Model& m, Step& s)
   s.bulk_quadratic = strength ? BULK_QUADRATIC : 0.0;
 }
 
-// The largest increment of dynamics when the deck does not say: where the half-increment residual watches, a
-// hundredth of the step, as in Abaqus. What breaks is asked once an increment, and not by the residual.
+// Default largest increment of dynamics: with the half-increment residual a hundredth of the step, as in
+// Abaqus. Not with fracture, which is tested once an increment and not limited by the residual.
 void settle_dt_max(const Model& m, Step& s)
 {
   if (s.proc != PROC_DYNAMIC || s.dt_max > 0.0 || s.explicit_steps()) return;
@@ -131,8 +130,8 @@ void settle_dt_max(const Model& m, Step& s)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// deck_resolve : what needs the whole deck: sections of elements, materials in use, loads on elements that
-// become material points, the scheme of dynamic steps
+// deck_resolve : sets data that depend on the whole deck: sections of elements, materials in use, loads on
+// elements that become material points, the scheme of dynamic steps
 // ---------------------------------------------------------------------------
 void deck_resolve(Deck& d, Model& m)
 {

@@ -1,6 +1,6 @@
 // ---------------------------------------------------------------------------
-// deck_state.h : what the readers of a deck share: files, position, parameters,
-// messages, the open material and step, and what is looked up later
+// deck_state.h : data shared by the keyword readers: files, position, parameters,
+// messages, the open material and step, deferred look-ups
 // ---------------------------------------------------------------------------
 #ifndef MPFE_DECK_DECK_STATE_H
 #define MPFE_DECK_DECK_STATE_H
@@ -15,13 +15,13 @@
 #include "base/hash.h"
 #include "model/model.h"
 
-struct Field {                 // a word of the deck and where it stands
-  std::string text;            // without blanks around it and without quotes, <...> replaced
+struct Field {                 // a word of the deck with its position
+  std::string text;            // trimmed, without quotes, <...> replaced by its value
   int file = 0, line = 0;      // index into Deck::file, 1-based line
   int column = 0, length = 0;  // in the original line, 0-based
-  int number = 0;              // 1-based field of a data line; 0: another kind of word
+  int number = 0;              // 1-based field of a data line; 0: not in a data line
   bool quoted = false;
-  bool bad = false;            // an <expression> in it was wrong, which is reported already
+  bool bad = false;            // an <expression> in it is wrong and has been reported
   bool empty() const { return text.empty() && !quoted; }
 };
 
@@ -40,13 +40,13 @@ struct Head {                  // a keyword line
 struct DeckFile {
   std::string path, text;
   std::vector<std::size_t> start;    // offset of each line
-  IntVec origin;               // line in the file, from 1; empty: the same (deck_parts.cpp)
+  IntVec origin;               // 1-based line in the user's file; empty: same (deck_parts.cpp)
 };
 
-struct Reading {               // an open file: main deck, include of it, ...
+struct Reading {               // an open file: the deck or an include
   int file = 0;
   int line = 0;                // lines already taken
-  std::vector<std::pair<std::string, std::string>> type;   // element types: in the file, here
+  std::vector<std::pair<std::string, std::string>> type;   // element types: name in the file, name here
 };
 
 struct Facet {                 // an element of a lower dimension than the model
@@ -56,49 +56,49 @@ struct Facet {                 // an element of a lower dimension than the model
 
 struct Absent {                // a type of *ELEMENT that is not available
   std::string type, remedy;
-  Field at;                    // where it stands first
-  long count = 0;              // elements of it
+  Field at;                    // first occurrence
+  long count = 0;              // number of elements
 };
 
 struct Message {
   bool warning = false;
   int file = 0, line = 0;
   std::string text;
-  std::string kind;            // keyword and text without its numbers
+  std::string kind;            // keyword and text without numbers
 };
 
 struct Spot { int file = 0, line = 0; };
 
 struct LabelIndex {            // label -> index
-  IntVec dense;                // [label] -1: none, or it stands in sparse
-  std::unordered_map<int, int> sparse;     // labels far beyond the number of things, and negative ones
-  int find(int label) const;   // -1: nothing has it
+  IntVec dense;                // [label] -1: undefined, or in sparse
+  std::unordered_map<int, int> sparse;     // labels much larger than their count, or negative
+  int find(int label) const;   // -1: undefined
   void add(int label, int index);
 };
 
-struct Interaction {           // *SURFACE INTERACTION; its pairs copy it into their BondDef
+struct Interaction {           // *SURFACE INTERACTION; contact pairs copy it into their BondDef
   std::string name;
-  double friction = 0.0, stick = 0.0, penalty = 0.0;   // 0: the defaults of the pair
+  double friction = 0.0, stick = 0.0, penalty = 0.0;   // 0: default of the pair
   bool has_behavior = false, has_friction = false;
 };
 
-struct TieDef {                // *TIE; equations hold it (deck_tie.cpp)
+struct TieDef {                // *TIE, imposed by equations (deck_tie.cpp)
   std::string name;
   int slave = -1, master = -1; // surfaces
-  double tolerance = 0.0;      // largest distance of a slave node; 0: the default of the program    length
-  bool adjust = true;          // slave nodes move to their faces at t = 0
+  double tolerance = 0.0;      // max. distance of a slave node; 0: default            length
+  bool adjust = true;          // slave nodes are moved onto the master faces at t = 0
   Place place;
 };
 
 enum CouplingKind { COUPLING_OPEN, COUPLING_KINEMATIC, COUPLING_DISTRIBUTING, COUPLING_RIGID };
 
-struct CouplingDef {           // *COUPLING, *RIGID BODY; equations hold it (deck_coupling.cpp)
+struct CouplingDef {           // *COUPLING, *RIGID BODY, imposed by equations (deck_coupling.cpp)
   std::string name;
   CouplingKind kind = COUPLING_OPEN;
   Field ref_at;
   int ref = -1, turn = -1;     // reference node; node without elements whose displacements are its rotation
   int surface = -1, elset = -1;
-  bool held[6] = {true, true, true, true, true, true};   // directions that are coupled
+  bool held[6] = {true, true, true, true, true, true};   // coupled directions
   Place place;
 };
 
@@ -106,7 +106,7 @@ struct Removes {               // OP=NEW in a step
   bool cload = false, dload = false, boundary = false;
 };
 
-enum Stage { STAGE_STEP, STAGE_END };   // before the first *STEP, after the last line
+enum Stage { STAGE_STEP, STAGE_END };   // at the first *STEP; after the last line
 
 struct Deck;
 struct Later {
@@ -114,7 +114,7 @@ struct Later {
   std::function<void(Deck&, Model&)> run;
 };
 
-// *BULK VISCOSITY: coefficients as Abaqus/Explicit has them; not given, until deck_resolve
+// *BULK VISCOSITY: default coefficients of Abaqus/Explicit; NOT_GIVEN is replaced by deck_resolve
 const double BULK_LINEAR = 0.06, BULK_QUADRATIC = 1.2, NOT_GIVEN = -1.0;
 
 struct Deck {
@@ -123,22 +123,22 @@ struct Deck {
   int includes = 0;
 
   std::vector<Message> message;                    // the first few of each kind
-  std::unordered_map<std::string, int> of_kind;    // how many there are, each text once
+  std::unordered_map<std::string, int> of_kind;    // number of different messages of a kind
   std::set<std::size_t> told;                      // hashes of the texts
   int errors = 0, warnings = 0;
-  std::string word;            // keyword that is read or checked, for messages
-  std::map<std::string, int> passed;               // cards that change nothing here, and how many
+  std::string word;            // keyword being read or checked, for messages
+  std::map<std::string, int> passed;               // ignored keywords and their counts
   std::string parts;           // instances of *PART, for the listing
 
-  std::uint64_t hash = hash_start;   // of the lines so far
-  bool hashing = false;        // the lines of the open card count
+  std::uint64_t hash = hash_start;   // of the lines read so far
+  bool hashing = false;        // the open card enters the hash
 
   ParamMap param;
   ParamMap define;             // -D
-  std::unordered_map<std::string, Spot> param_spot;    // where *PARAMETER gave it
-  std::set<std::string> used;  // names that an expression of the deck holds
+  std::unordered_map<std::string, Spot> param_spot;    // line of *PARAMETER
+  std::set<std::string> used;  // names used in expressions
 
-  // dimension of the first elements or grid, 0: none yet; what and where they are
+  // dimension of the first elements or grid, 0: none yet; their name and line
   int dim_first = 0;
   std::string dim_what;
   Spot dim_spot;
@@ -147,22 +147,22 @@ struct Deck {
   int open_interaction = -1;   // open *SURFACE INTERACTION
   bool in_step = false, proc_given = false, prints_node = false, prints_elem = false;
   Field step_at;
-  Controls controls;           // *NEWTON before all steps
+  Controls controls;           // *NEWTON before the first step
   std::vector<Later> later[2];
 
-  std::vector<std::string> column;                 // names of *HISTORY columns so far
+  std::vector<std::string> column;                 // columns of *HISTORY
   LabelIndex node_index, elem_index;
-  std::vector<Spot> node_spot, elem_spot;          // where each node and element was defined
+  std::vector<Spot> node_spot, elem_spot;          // definition of each node and element
   std::vector<Facet> facet;                        // elements of a lower dimension (deck_facet.cpp)
   std::unordered_map<int, int> facet_index;        // label -> index
   std::vector<Set> facet_set;                      // indices into facet
-  // types that are not available; labels and sets of their elements, also of those whose type is misspelt:
-  // lines that use them are no further errors
+  // unavailable element types; labels and sets of their elements and of those with a misspelt type, whose
+  // use is not reported again
   std::vector<Absent> absent;
   std::set<int> absent_elem;
   std::set<std::string> absent_set;
-  std::vector<Face> free_face;                     // faces with one owner
-  int free_face_nelem = -1;                        // number of elements when they were found
+  std::vector<Face> free_face;                     // faces of one element only
+  int free_face_nelem = -1;                        // number of elements at that time
 
   std::map<std::string, std::array<double, 9>> orientation;          // *ORIENTATION: axes 1, 2, 3
   std::unordered_map<int, int> frame_of;           // node -> index into Model::frame
@@ -172,19 +172,19 @@ struct Deck {
   std::vector<Removes> removes;                    // [steps]
 };
 
-// ---- messages (deck_error.cpp) ---------------------------------------------
-// ---- orthotropic constants (deck_ortho.cpp)
+// ---- orthotropic constants (deck_ortho.cpp) ---------------------------------
 bool ortho_matrix(const double* constants, RealVec& D);
 RealVec ortho_turn(const RealVec& D, const std::array<double, 9>& axis);
 void ortho_isotropic(const RealVec& D, double& young, double& poisson);
 
+// ---- messages (deck_error.cpp) ---------------------------------------------
 std::string text_format(const char* format, ...) __attribute__((format(printf, 1, 2)));
 std::string text_show(const std::string& word);            // clipped, printable
 std::string text_number(double value);                     // shortest of 12 digits
 std::string text_upper(const std::string& word);
 std::string text_squeeze(const std::string& word);         // upper case without blanks
 std::string text_keyword(const std::string& word);         // upper case with single blanks
-// "" when none is near
+// "" when none is similar
 std::string text_nearest(const std::string& word, const std::vector<std::string>& valid);
 // "; did you mean X?" or the list
 std::string text_suggest(const std::string& word, const std::vector<std::string>& valid);
@@ -193,21 +193,21 @@ void deck_warn(Deck& d, const Field& at, const std::string& text);
 void deck_print_messages(const Deck& d);
 Place deck_place(const Deck& d, const Field& at);
 std::string spot_text(const Deck& d, const Spot& s);       // "FILE line N"
-Field deck_field(const Deck& d, const Place& place, const std::string& word);   // the word in that line
+Field deck_field(const Deck& d, const Place& place, const std::string& word);   // position of the word
 
 // ---- lines (deck_lines.cpp) ------------------------------------------------
 bool deck_open(Deck& d, const std::string& path, const Field* from);
 std::string deck_line_text(const Deck& d, int file, int line);
-bool deck_peek(Deck& d, bool& keyword);                    // is there a next line; includes are opened
-void deck_head(Deck& d, Head& head);                       // takes the keyword line, with its continuation
+bool deck_peek(Deck& d, bool& keyword);                    // true: there is a next line; opens includes
+void deck_head(Deck& d, Head& head);                       // reads the keyword line with its continuation
 void deck_split(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma);
 
 // ---- parts and instances (deck_parts.cpp)
 bool deck_has_parts(const DeckFile& f);
-void deck_flatten(Deck& d, int file);                      // the lines of the file without them
-int deck_line_number(const Deck& d, int file, int line);   // in the file as the user has it
+void deck_flatten(Deck& d, int file);                      // rewrites the file without parts
+int deck_line_number(const Deck& d, int file, int line);   // line number in the user's file
 
-void deck_hash(Deck& d, const std::string& line);          // this line counts
+void deck_hash(Deck& d, const std::string& line);          // adds the line to the hash
 
 // ---- expressions (deck_expr.cpp) -------------------------------------------
 bool deck_scalar(Deck& d, const Field& at, int offset, const std::string& text, double& value);
@@ -216,7 +216,7 @@ bool deck_function_of_t(Deck& d, const Field& at, const std::string& text, Expr&
 std::string deck_parameter_name_fault(const std::string& name);   // "" when the name is allowed
 
 // ---- two or three dimensions (deck_dimension.cpp) --------------------------
-int deck_dimension(const std::string& path);               // a look at the whole deck before it is read
+int deck_dimension(const std::string& path);               // scans the whole deck before it is read
 bool deck_same_dimension(Deck& d, const Field& at, const std::string& what, int dim);
 
 // ---- mesh, sets, targets (deck_mesh.cpp) -----------------------------------
@@ -228,55 +228,55 @@ void mesh_centroid(const Mesh& mesh, int e, double x[3]);
 const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m);
 int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place);
 std::vector<std::string> names_of_sets(const std::vector<Set>& sets);
-std::string element_type_here(const Deck& d, const std::string& type);   // what TYPE= of the open file means
-// facet_nodes : nodes of a type of lower dimension, corners among them; 0: it is none
+std::string element_type_here(const Deck& d, const std::string& type);   // its meaning in the open file
+// facet_nodes : number of nodes of a lower-dimensional type, and of its corners; 0: not such a type
 int facet_nodes(const std::string& type, int dim, int& corners);
 void facet_add(Deck& d, int label, const Facet& f);
-// facet_set_merge : these facets join the set of this name, their nodes the node set
+// facet_set_merge : adds facets to the set of this name, and their nodes to the node set
 void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place);
-void facet_surfaces(Deck& d, Model& m);                    // when the mesh is complete (deck_facet.cpp)
-void absent_tell(Deck& d);                     // the types that are not available (deck_facet.cpp)
+void facet_surfaces(Deck& d, Model& m);                    // once the mesh is complete (deck_facet.cpp)
+void absent_tell(Deck& d);                     // reports unavailable types (deck_facet.cpp)
 bool target_label(const std::string& text, int& label);
 bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node);     // node set or label
 bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem);     // element set or label
-int target_nset(Deck& d, Model& m, const Field& at);       // index; a label makes a set of one
+int target_nset(Deck& d, Model& m, const Field& at);       // index; a label creates a set of one
 int target_elset(Deck& d, Model& m, const Field& at);
 int target_material(Deck& d, const Model& m, const Field& at);
 int target_surface(Deck& d, const Model& m, const Field& at);
 int target_body(Deck& d, const Model& m, const Field& at);
 int target_amplitude(Deck& d, const Model& m, const Field& at);
 
-// columns that are always there (deck_column.cpp)
+// columns of every history file (deck_column.cpp)
 bool column_built_in(const std::string& name, std::string& column);
 
-// ---- nodes with directions of their own (deck_frame.cpp) --------------------
-// frame_node : the node whose directions 1, 2, 3 the deck means where it names this one
+// ---- nodes with local directions (deck_frame.cpp) ---------------------------
+// frame_node : the node with the local displacements of this node; without *TRANSFORM the node itself
 int frame_node(Deck& d, Model& m, int node);
 void frame_nodes(Deck& d, Model& m, IntVec& node);
 void frame_resolve(Deck& d, Model& m);
 
-// ---- surfaces that are tied (deck_tie.cpp)
+// ---- tied surfaces (deck_tie.cpp)
 void tie_resolve(Deck& d, Model& m);
 
-// ---- nodes that follow a reference node (deck_coupling.cpp)
-// coupling_turn : finds the reference node of a coupling; makes the node that holds its rotation
+// ---- nodes coupled to a reference node (deck_coupling.cpp)
+// coupling_turn : finds the reference node of a coupling; creates the node with its rotation
 void coupling_turn(Deck& d, Model& m, CouplingDef& c);
-int coupling_turn_of(Deck& d, Model& m, int node);         // the same of a reference node; -1: it is none
+int coupling_turn_of(Deck& d, Model& m, int node);         // rotation node of a reference node; -1: not one
 void coupling_resolve(Deck& d, Model& m);
 
 // ---- loads from step to step (deck_inherit.cpp) ------------------------------
-// deck_load : a load of the open step; deck_inherit : from what each step says to what acts in it
+// deck_load : adds a load to the open step; deck_inherit : adds the loads and supports of earlier steps
 void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, const Field& at, Load load);
 void deck_inherit(Deck& d, Model& m);
 
 // ---- after reading ---------------------------------------------------------
 void deck_run_later(Deck& d, Model& m, Stage stage);
-void deck_resolve(Deck& d, Model& m);                      // sections of elements, schemes, loads on bodies
-// bodies and bonds of conversion (deck_fracture.cpp)
+void deck_resolve(Deck& d, Model& m);                      // sections, schemes, loads on bodies
+// creates bodies and bonds of *CONVERSION (deck_fracture.cpp)
 void deck_fracture(Deck& d, Model& m);
 void deck_check(Deck& d, Model& m);
-// equation_given : dofs that something gives in a step already: supports, other equations (deck_equation.cpp)
-using DofSet = std::set<std::pair<int, int>>;                // node, direction from 0 on
+// equation_given : dofs given in a step by supports and equations (deck_equation.cpp)
+using DofSet = std::set<std::pair<int, int>>;                // node, 0-based direction
 DofSet equation_given(const Model& m, const Step& s);
 void check_equations(Deck& d, const Model& m);             // deck_equation.cpp
 

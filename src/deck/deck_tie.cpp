@@ -1,4 +1,4 @@
-// *TIE: surfaces that do not match become equations between their nodes, step by step: doc/theory.md 5.2
+// *TIE: equations between the nodes of non-matching surfaces, for each step: doc/theory.md 5.2
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +10,10 @@
 
 namespace {
 
-// default of POSITION TOLERANCE, in mean sizes of the master faces; how much further apart points inside the
-// faces may be than nodes
+// default POSITION TOLERANCE, relative to the mean size of the master faces; tolerance of points inside the
+// faces, relative to that of nodes
 const double TOLERANCE = 0.05, INSIDE = 2.0;
-const int NAMED = 5;           // nodes that a warning names
+const int NAMED = 5;           // nodes listed in a warning
 
 void fault(Deck& d, const TieDef& t, const std::string& text)
 {
@@ -27,7 +27,7 @@ void doubt(Deck& d, const TieDef& t, const std::string& text)
   deck_warn(d, deck_field(d, t.place, ""), text);
 }
 
-// faces of a surface that a tie can hold; none: why not is told
+// faces of a surface; empty: it cannot be tied, which is reported
 std::vector<MortarFace> faces_of(Deck& d, const Model& m, const TieDef& t, int surface)
 {
   std::vector<MortarFace> out;
@@ -72,17 +72,17 @@ std::string named(const Model& m, const IntVec& node)
   return text + (node.size() > NAMED ? ", ..." : "");
 }
 
-// A tie with the equations of its nodes, before supports are looked at
+// A tie with the equations of its nodes, before supports are considered
 struct Tied {
-  std::vector<MortarRow> row;                        // of the nodes that are tied
+  std::vector<MortarRow> row;                        // equations of the tied nodes
   std::map<int, int> row_of;                         // node -> row
-  std::map<int, std::set<int>> beside;               // node -> tied nodes that share a slave face with it
-  std::set<int> common;                              // of these: nodes of both surfaces
+  std::map<int, std::set<int>> beside;               // node -> tied nodes on its slave faces
+  std::set<int> common;                              // tied nodes that belong to both surfaces
   double gap = 0.0;                                  // largest distance of a tied node
   int nodes = 0;                                     // of the slave surface
 };
 
-// nodes within the tolerance that are opposite a master face; the others are named
+// ties slave nodes within the tolerance that project onto a master face; lists the others in a warning
 Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<MortarFace>& slave,
                 const std::vector<MortarFace>& master)
 {
@@ -128,7 +128,7 @@ Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<Mort
   return out;
 }
 
-// slave nodes move to where the equations have them at t = 0, so that tied bodies turn without strain (5.12)
+// moves slave nodes to the positions given by the equations at t = 0: no strain in rigid rotations (5.12)
 double adjust(Model& m, const Tied& t)
 {
   double largest = 0.0;
@@ -151,7 +151,7 @@ double adjust(Model& m, const Tied& t)
 
 // ---- equations of a step
 
-// the nearest tied nodes that are not held in a direction, in rings of slave faces
+// nearest tied nodes that are free in direction i, searched in rings of slave faces
 IntVec takers(const Tied& t, const DofSet& held, int node, int i)
 {
   std::set<int> seen{node}, ring{node};
@@ -206,7 +206,7 @@ std::vector<Equation> equations_of(const Tied& t, const DofSet& held, int dim, c
   return out;
 }
 
-// what is held differs from step to step only where supports do
+// adds the equations to each step; steps with the same fixed dofs share them
 void add_equations(Model& m, const TieDef& def, const Tied& t)
 {
   std::map<DofSet, IntVec> made;
@@ -229,7 +229,7 @@ void add_equations(Model& m, const TieDef& def, const Tied& t)
   }
 }
 
-// general contact leaves alone what is tied
+// excludes the tied surfaces from general contact
 void exclude(Model& m, const TieDef& t)
 {
   const int general = model_general_contact(m);
@@ -275,7 +275,7 @@ void tie(Deck& d, Model& m, const TieDef& def)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// tie_resolve : equations of all ties. A node that two ties have as a slave follows the first one.
+// tie_resolve : forms the equations of all ties. A slave node of two ties is tied by the first one.
 // ---------------------------------------------------------------------------
 void tie_resolve(Deck& d, Model& m)
 {

@@ -1,6 +1,6 @@
 #include "deck/keyword_table.h"
 
-// one reader a keyword, in kw_<keyword>.cpp
+// one reader for each keyword, in kw_<keyword>.cpp
 void kw_amplitude(Card&, Model&);
 void kw_block(Card&, Model&);
 void kw_bond(Card&, Model&);

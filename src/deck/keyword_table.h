@@ -3,7 +3,7 @@
 
 #include "deck/card.h"
 
-enum {                         // where a keyword may stand
+enum {                         // where a keyword is allowed
   IN_MODEL    = 1,             // before the first *STEP
   IN_STEP     = 2,             // between *STEP and *END STEP
   AFTER_STEPS = 4,             // outside steps, after the first one
@@ -15,13 +15,13 @@ struct Keyword {
   const char* word;
   void (*read)(Card&, Model&);
   int where;
-  const char* params;          // separated by |, a ! behind those that must be given
+  const char* params;          // separated by |; a trailing ! marks required ones
   const char* help;
 };
 
 extern const Keyword keyword_table[];
 extern const int keyword_count;
 
-const Keyword* keyword_find(const std::string& word);    // blanks do not count; null: unknown
+const Keyword* keyword_find(const std::string& word);    // ignores blanks; null: unknown
 
 #endif

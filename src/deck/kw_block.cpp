@@ -9,8 +9,8 @@ struct Block {
   double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};
   int n[3] = {1, 1, 0};        // cells; none in z in the plane
   bool mapped = false;
-  bool straight = false;       // quadratic types: nodes in the middle of straight edges
-  Expr map[3];                 // final place of a node
+  bool straight = false;       // quadratic types: midside nodes on straight edges
+  Expr map[3];                 // final coordinates of a node
 };
 
 bool read_lines(Card& card, Block& b)
@@ -30,7 +30,7 @@ bool read_lines(Card& card, Block& b)
   return good && card_good(card);
 }
 
-// place of node i, j, k, mapped; between nodes as well
+// coordinates of node i, j, k, mapped; also between nodes
 template <class Number>
 void place(const Block& b, const Number at[3], double x[3])
 {
@@ -39,7 +39,7 @@ void place(const Block& b, const Number at[3], double x[3])
   for (int i = 0; i < 3; ++i) x[i] = b.mapped && i < b.dim ? expr_eval(b.map[i], X, 0.0) : X[i];
 }
 
-// bits of XMIN XMAX YMIN YMAX ZMIN ZMAX
+// bits of XMIN, XMAX, YMIN, YMAX, ZMIN, ZMAX
 int sides_of(const Block& b, const int at[3])
 {
   int side = 0;

@@ -22,8 +22,8 @@ void check_params(Card& card, const BondDef& b)
     card_error(card, card_param(card, "DOF")->key, "NORMAL and DOF exclude each other");
 }
 
-// bonds between the nodes along an edge: INTERMEDIATE=k, in three dimensions also LATTICE=k+2, corners
-// counted
+// bonds between the nodes of an edge: INTERMEDIATE=k, in three dimensions also LATTICE=k+2, which counts the
+// corners
 int read_between(Card& card, const Model& model)
 {
   const HeadParam* const lattice = card_param(card, "LATTICE");

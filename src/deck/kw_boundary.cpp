@@ -4,12 +4,12 @@
 
 namespace {
 
-struct Line {                  // what a data line says
+struct Line {                  // a data line
   Field target;
   Field whole;
   int first = -1, last = -1;
   Expr value;
-  bool all = false;            // ENCASTRE: rotations of a reference node too
+  bool all = false;            // ENCASTRE: also the rotations of a reference node
 };
 
 bool read_word(Card& card, const Model& model, const Field& f, Line& line)
@@ -40,8 +40,8 @@ bool read_line(Card& card, const Model& model, Line& line)
   return card_good(card);
 }
 
-// directions of other programs that have no unknowns here: 3 in the plane, rotations. At 0 they are left out.
-// False: the line has no effect
+// removes directions without dofs from a line (3 in the plane, rotations), which may only be 0.
+// False: no direction is left
 bool leave_out_foreign(Deck& d, const Model& m, Line& line)
 {
   if (line.last < m.dim) return true;
@@ -64,8 +64,8 @@ void prescribe(Deck& d, Model& m, Prescribed b, int first, int last)
   }
 }
 
-// rotations of reference nodes (*COUPLING, *RIGID BODY) are displacements of nodes of their own; true: all
-// nodes of the line are such nodes, whose rotation it prescribes
+// prescribes rotations of reference nodes (*COUPLING, *RIGID BODY) at their rotation nodes; true: all nodes
+// of the line are reference nodes with prescribed rotation
 bool prescribe_turns(Deck& d, Model& m, const Line& line, const Prescribed& b)
 {
   if (d.coupling.empty() || (line.last < 3 && !line.all)) return false;
@@ -100,7 +100,7 @@ void apply(Deck& d, Model& m, Line line, int amplitude, bool velocity)
 
 // ---------------------------------------------------------------------------
 // *BOUNDARY[, TYPE=][, AMPLITUDE=][, OP=] : nset|node, first[, last[, value]] or nset|node, ENCASTRE
-// Outside a step it holds in every step; sets and amplitudes may then be defined later.
+// Outside a step it is active in all steps; sets and amplitudes may then be defined later.
 // ---------------------------------------------------------------------------
 void kw_boundary(Card& card, Model& model)
 {

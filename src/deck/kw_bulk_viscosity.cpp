@@ -1,8 +1,7 @@
 #include "deck/card.h"
 #include "deck/deck_state.h"
 
-// *BULK VISCOSITY : [b1, b2], coefficients of the linear and of the quadratic part; later explicit steps keep
-// them
+// *BULK VISCOSITY : [b1, b2], coefficients of the linear and quadratic part, also for later explicit steps
 void kw_bulk_viscosity(Card& card, Model& model)
 {
   Step& s = model.step.back();

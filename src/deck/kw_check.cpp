@@ -5,7 +5,7 @@
 
 namespace {
 
-// 0.01 or 2% ; percent: of scale
+// 0.01 or 2%; percent are relative to scale
 double read_tolerance(Card& card, double scale)
 {
   const Field f = card_field(card, "tolerance");
@@ -41,7 +41,7 @@ void read_field(Card& card, const Model& model, Check c, std::vector<std::pair<C
   list.emplace_back(c, card.whole);
 }
 
-// the column must be built in or one of *HISTORY
+// adds a check; its column must be built in or defined by *HISTORY
 void settle(Deck& d, Model& m, Check c, const Field& at)
 {
   if (c.kind == CHECK_FIELD || column_built_in(c.column, c.column)) {

@@ -2,7 +2,7 @@
 
 namespace {
 
-// a moment: a force on the node that holds the rotation of a reference node; false: told
+// turns a moment into a force on the rotation node of a reference node; false: error reported
 bool to_moment(Card& card, Model& m, Load& l)
 {
   for (int& n : l.node) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-// OVERLAP=PUSH|ADJUST|REFUSE, or ADJUST=a as Abaqus has it: gaps up to a count as zero too
 void contact_overlap(Card& card, BondDef& b)
 {
   const HeadParam* const adjust = card_param(card, "ADJUST");
@@ -49,9 +48,9 @@ void contact_take(const Interaction& in, BondDef& b)
 
 namespace {
 
-const std::size_t MOST_RULES = 30;     // two bits of 64 a rule (ContactScene::sides)
+const std::size_t MOST_RULES = 30;     // two of 64 bits for each rule (ContactScene::sides)
 
-// surface, element set or body of a name; an empty word: all faces
+// surface, body or element set of a name; an empty word: all faces
 ContactSide contact_side(Deck& d, const Model& m, const Field& at)
 {
   ContactSide side;
@@ -80,7 +79,7 @@ std::vector<ContactRule>& rules_of(BondDef& b, RuleKind kind)
   return kind == RULE_INCLUDE ? c.include : kind == RULE_EXCLUDE ? c.exclude : c.property;
 }
 
-// a line: side, side[, interaction]; an empty first side: all faces, an empty second one: the first
+// a line: side, side[, interaction]; an empty first side: all faces; an empty second side: the first side
 void rule_line(Card& card, int general, RuleKind kind)
 {
   const Field a = card_field_or_none(card), b = card_field_or_none(card);
@@ -106,14 +105,14 @@ void read_rules(Card& card, Model& model, RuleKind kind)
     else card.next = card.field.size();
 }
 
-// does side a hold all of side b?
+// side a contains side b
 bool holds(const ContactSide& a, const ContactSide& b)
 {
   const bool all = a.surface < 0 && a.elset < 0 && a.body < 0;
   return all || (a.surface == b.surface && a.elset == b.elset && a.body == b.body);
 }
 
-// is every inclusion taken back by an exclusion?
+// every inclusion is cancelled by an exclusion
 bool nothing_left(const BondDef& g)
 {
   return std::all_of(g.contact.include.begin(), g.contact.include.end(), [&](const ContactRule& in) {
@@ -123,7 +122,7 @@ bool nothing_left(const BondDef& g)
   });
 }
 
-// faces of contact pairs meet there; without inclusions everything meets everything
+// excludes the contact pairs from general contact; without inclusions, includes all faces
 void complete(Deck& d, Model& m, int general)
 {
   BondDef& g = m.bond[general];
@@ -147,7 +146,7 @@ void complete(Deck& d, Model& m, int general)
 
 // ---------------------------------------------------------------------------
 // *CONTACT[, NAME=][, FRICTION=][, PENALTY= | ALPHA=][, INTERACTION=][, INTERMEDIATE=][, OVERLAP=]
-// [, ADJUST=] : general contact of all outer faces, unless *CONTACT INCLUSIONS says which
+// [, ADJUST=] : general contact of all outer faces, or of those of *CONTACT INCLUSIONS
 // ---------------------------------------------------------------------------
 void kw_contact(Card& card, Model& model)
 {
@@ -177,7 +176,7 @@ void kw_contact(Card& card, Model& model)
   card_later(card, STAGE_END, [=](Deck& d, Model& m) { complete(d, m, i); });
 }
 
-// *CONTACT INCLUSIONS[, ALL EXTERIOR] : side, side; what general contact keeps apart
+// *CONTACT INCLUSIONS[, ALL EXTERIOR] : side, side; pairs of general contact
 void kw_contact_inclusions(Card& card, Model& model)
 {
   const int general = model_general_contact(model);
@@ -186,8 +185,8 @@ void kw_contact_inclusions(Card& card, Model& model)
   read_rules(card, model, RULE_INCLUDE);
 }
 
-// *CONTACT EXCLUSIONS : side, side; what general contact leaves alone
+// *CONTACT EXCLUSIONS : side, side; pairs without general contact
 void kw_contact_exclusions(Card& card, Model& model) { read_rules(card, model, RULE_EXCLUDE); }
 
-// *CONTACT PROPERTY ASSIGNMENT : side, side, interaction; the last line that fits two faces counts
+// *CONTACT PROPERTY ASSIGNMENT : side, side, interaction; the last line that matches two faces is used
 void kw_contact_property(Card& card, Model& model) { read_rules(card, model, RULE_PROPERTY); }

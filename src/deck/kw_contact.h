@@ -1,21 +1,21 @@
 // ---------------------------------------------------------------------------
-// kw_contact.h : what *CONTACT PAIR and *CONTACT share
+// kw_contact.h : parameters shared by *CONTACT PAIR and *CONTACT
 // ---------------------------------------------------------------------------
 #ifndef MPFE_DECK_KW_CONTACT_H
 #define MPFE_DECK_KW_CONTACT_H
 
 #include "deck/card.h"
 
-// contact_overlap : OVERLAP=PUSH|ADJUST|REFUSE, or ADJUST=a as Abaqus has it: gaps up to a count as zero too
+// contact_overlap : OVERLAP=PUSH|ADJUST|REFUSE, or ADJUST=a as in Abaqus: gaps up to a are closed too
 void contact_overlap(Card& card, BondDef& b);
 
-// contact_twice : PENALTY and ALPHA together, or with INTERACTION what is said there
+// contact_twice : reports PENALTY with ALPHA, and INTERACTION with parameters that it contains
 void contact_twice(Card& card);
 
-// contact_interaction : the *SURFACE INTERACTION of this name; null: there is none, which is told
+// contact_interaction : the *SURFACE INTERACTION of this name; null: undefined, which is reported
 const Interaction* contact_interaction(Deck& d, const Field& at);
 
-// contact_take : the numbers of an interaction
+// contact_take : copies penalty and friction of an interaction
 void contact_take(const Interaction& in, BondDef& b);
 
 #endif

@@ -1,6 +1,6 @@
 #include "deck/card.h"
 
-// *CONTACT PRINT[, FREQUENCY=][, TOTALS=] : read, and told that *HISTORY has what it asks for
+// *CONTACT PRINT[, FREQUENCY=][, TOTALS=] : ignored, with a warning that refers to *HISTORY
 void kw_contact_print(Card& card, Model&)
 {
   card_param_name(card, "NSET");

@@ -2,8 +2,7 @@
 
 namespace {
 
-// first[, last] in each line; none: all. Rotations of the nodes of the surface, which solids do not have,
-// count nothing.
+// first[, last] in each line; no line: all directions. Rotations of nodes of solid elements are ignored.
 void read_directions(Card& card, CouplingDef& c)
 {
   bool any = false, held[6] = {false, false, false, false, false, false};
@@ -59,7 +58,7 @@ void kw_coupling(Card& card, Model&)
 
 // ---------------------------------------------------------------------------
 // *KINEMATIC : first[, last] directions that move with the reference node
-// *DISTRIBUTING : first[, last] directions of the reference node that follow the mean of the surface
+// *DISTRIBUTING : first[, last] directions in which the reference node follows the mean of the surface
 // ---------------------------------------------------------------------------
 void kw_kinematic(Card& card, Model&) { kind(card, COUPLING_KINEMATIC); }
 void kw_distributing(Card& card, Model&) { kind(card, COUPLING_DISTRIBUTING); }

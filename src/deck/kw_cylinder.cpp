@@ -7,13 +7,13 @@
 namespace {
 
 const double quarter_pi = 0.78539816339744830962;
-// the core: square in the middle, halfway between square and circle at its edge
+// edge of the core: 0 square, 1 circle
 const double bulge = 0.5;
 
 enum { ON_ZMIN = 1, ON_ZMAX = 2, ON_R = 4, ON_XSYM = 8, ON_YSYM = 16 };
 
-// A section is a core of squares, n to each side of the axis, and nr rings of 8 n (quarter: 2 n) elements
-// around it.
+// A section consists of a core of squares, n on each side of the axis, and nr rings of 8 n (quarter: 2 n)
+// elements.
 struct Cylinder {
   double x = 0, y = 0, z = 0, radius = 1, height = 1;
   int nr = 1, nz = 1, n = 1;
@@ -25,7 +25,7 @@ struct Cylinder {
   int section_nodes() const { return core_nodes() + nr * ring_nodes(); }
 };
 
-// square i, j at the place t of the edge of the core, counter-clockwise from the x axis
+// core node i, j at position t of the edge of the core, counter-clockwise from the x axis
 void core_edge(int n, int t, int& i, int& j)
 {
   const int side = (t + n) / (2 * n) % 4, s = (t + n) % (2 * n) - n;
@@ -34,7 +34,7 @@ void core_edge(int n, int t, int& i, int& j)
   j = at[side][1];
 }
 
-// unit vector towards square i, j: equal angles along the edge, exactly 0 on the axes
+// unit vector towards core node i, j: equal angles along the edge, exactly 0 on the axes
 void direction(int i, int j, double e[2])
 {
   const bool flat = std::abs(i) >= std::abs(j);
@@ -43,8 +43,8 @@ void direction(int i, int j, double e[2])
   e[flat ? 1 : 0] = sign * std::sin(angle);
 }
 
-// a square of the core grows rounder with its distance q from the axis. Its edge lies so far out that
-// elements of core and rings are equally long, in the mean of axis and diagonal.
+// position of core node i, j: the squares become rounder with their distance q from the axis. The edge is
+// chosen such that elements of core and rings have equal length, averaged over axis and diagonal.
 void core_place(const Cylinder& c, int i, int j, double x[2])
 {
   x[0] = x[1] = 0.0;
@@ -68,7 +68,7 @@ void add_node(Card& card, Model& model, const Cylinder& c, const double x[2], in
   part_node(card, model, X, side, p);
 }
 
-// one section: the core row by row, then ring by ring outwards, counter-clockwise from the x axis
+// nodes of a section: the core by rows, then the rings outwards, counter-clockwise from the x axis
 void make_section(Card& card, Model& model, const Cylinder& c, int k, Part& p)
 {
   double x[2], e[2];
@@ -91,7 +91,7 @@ void make_section(Card& card, Model& model, const Cylinder& c, int k, Part& p)
     }
 }
 
-// node of a section at ring r (0: edge of the core), place t
+// node of a section at ring r (0: edge of the core), position t
 int ring_node(const Cylinder& c, int r, int t)
 {
   t %= 8 * c.n;
@@ -109,7 +109,7 @@ void add_cell(Card& card, Model& model, const Cylinder& c, const int quad[4], in
     corner[a]     = k * c.section_nodes() + quad[a];
     corner[a + 4] = corner[a] + c.section_nodes();
   }
-  part_cell(card, model, corner, p);               // true: the types of *CYLINDER have corners alone
+  part_cell(card, model, corner, p);               // never false: the types of *CYLINDER are linear
 }
 
 void make_layer(Card& card, Model& model, const Cylinder& c, int k, Part& p)
@@ -150,7 +150,7 @@ bool read_lines(Card& card, Cylinder& c)
 
 // ---------------------------------------------------------------------------
 // *CYLINDER, TYPE=, ELSET=name[, QUARTER][, MERGE] : xc, yc, z0, radius, height / nr, nz, nsq
-// A solid cylinder along z; QUARTER: its part x >= xc, y >= yc
+// A solid cylinder along z; QUARTER: the part x >= xc, y >= yc
 // ---------------------------------------------------------------------------
 void kw_cylinder(Card& card, Model& model)
 {

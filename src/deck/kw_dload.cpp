@@ -8,7 +8,7 @@ const char* const plane_loads = "P1|P2|P3|P4|TRVEC1|TRVEC2|TRVEC3|TRVEC4|GRAV|CE
 const char* const solid_loads =
     "P1|P2|P3|P4|P5|P6|TRVEC1|TRVEC2|TRVEC3|TRVEC4|TRVEC5|TRVEC6|GRAV|CENTRIF|BX|BY|BZ";
 
-// faces of elements
+// face loads: adds the face of each element
 bool take_faces(Card& card, const Model& model, const Field& target, int face, Load& l)
 {
   IntVec elem;
@@ -31,7 +31,7 @@ bool take_faces(Card& card, const Model& model, const Field& target, int face, L
   return true;
 }
 
-// elements or a body; an empty target of GRAV: everything
+// volume loads: adds elements or a body; an empty target of GRAV: all
 bool take_volume(Card& card, const Model& model, const Field& target, Load& l)
 {
   const int body = model_find_body(model, text_upper(target.text));
@@ -45,7 +45,7 @@ bool take_volume(Card& card, const Model& model, const Field& target, Load& l)
   return true;
 }
 
-// omega^2, a point and the direction of the axis: away from it, omega^2 times the distance at t = 0
+// CENTRIF, omega^2, point and direction of the axis: acceleration omega^2 times the distance at t = 0
 bool take_centrifugal(Card& card, Model& model, const Field& target, const std::string& key, int amplitude)
 {
   double p[3], n[3], length = 0.0;
@@ -109,8 +109,8 @@ bool read_line(Card& card, Model& model, Load& l, Field& target, std::string& wo
 
 // ---------------------------------------------------------------------------
 // *DLOAD[, AMPLITUDE=][, OP=] : target, P1, pressure; target, TRVEC1, traction, dx, dy;
-// target, GRAV, g, dx, dy; target, CENTRIF, omega^2, x, y, z, nx, ny, nz; target, BX, force per volume. In
-// three dimensions directions have a dz.
+// target, GRAV, g, dx, dy; target, CENTRIF, omega^2, x, y, z, nx, ny, nz; target, BX, force per volume.
+// In three dimensions directions also have dz.
 // ---------------------------------------------------------------------------
 void kw_dload(Card& card, Model& model)
 {

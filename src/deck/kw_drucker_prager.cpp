@@ -29,8 +29,8 @@ void kw_drucker_prager(Card& card, Model& model)
 }
 
 // ---------------------------------------------------------------------------
-// *DRUCKER PRAGER HARDENING[, TYPE=COMPRESSION|TENSION|SHEAR] : yield stress, equivalent plastic strain of
-// that test, line after line
+// *DRUCKER PRAGER HARDENING[, TYPE=COMPRESSION|TENSION|SHEAR] : lines of yield stress, equivalent plastic
+// strain in this test
 // ---------------------------------------------------------------------------
 void kw_drucker_prager_hardening(Card& card, Model& model)
 {

@@ -2,14 +2,14 @@
 
 namespace {
 
-// HALFINC SCALE FACTOR: an oscillator gets ten increments a period with it (theory 6.7). The factor of Abaqus
-// multiplies a mean over the model instead, and is many times as large.
+// HALFINC SCALE FACTOR: default, which gives an oscillator ten increments a period (theory 6.7); limit of
+// the warning: the factor of Abaqus multiplies a mean over the model and is many times larger.
 // Test: HALF (analytic/half_increments)
 const double usual_half_part = 0.05, large_half_part = 10.0;
 
-const double calculix_alpha = -0.05;       // what CalculiX and Abaqus take without ALPHA
+const double calculix_alpha = -0.05;       // default of CalculiX and Abaqus
 
-// the scheme that the words of the card mean; parameters of one scheme name it
+// scheme of the card: given by SCHEME, or implied by a parameter of one scheme
 TimeScheme scheme_meant(Card& card, bool no_alpha)
 {
   const int named = card_param_word(card, "SCHEME", "NEWMARK|ENERGY-MOMENTUM|HHT", -1);
@@ -18,7 +18,7 @@ TimeScheme scheme_meant(Card& card, bool no_alpha)
   return card_param(card, "ALPHA") && !no_alpha ? SCHEME_HHT : SCHEME_NEWMARK;
 }
 
-// parameters that belong to another scheme than the one that is meant
+// reports parameters of other schemes
 void refuse(Card& card, TimeScheme scheme)
 {
   struct Belongs {
@@ -40,7 +40,7 @@ void refuse(Card& card, TimeScheme scheme)
       if (b.scheme != scheme) return card_error(card, word->key, b.says);
 }
 
-// how automatic increments are judged
+// limits of the half-increment residual, for automatic increments
 void read_half(Card& card, Step& s)
 {
   const HeadParam* const force = card_param(card, "HAFTOL");
@@ -68,8 +68,8 @@ void read_half(Card& card, Step& s)
                    " limits: leave one of the two out");
 }
 
-// What Abaqus writes of explicit increments means the same here: they are as long as the deck says, or as is
-// stable. What belongs to implicit schemes is an error
+// Increments of explicit steps are given or the stable ones; options of Abaqus for this are accepted, those
+// of implicit schemes are errors
 void read_explicit(Card& card, Model& model)
 {
   Step& s  = model.step.back();
@@ -89,7 +89,7 @@ void read_explicit(Card& card, Model& model)
   procedure_times(card, s);
 }
 
-// what stands there for explicit steps alone
+// reports parameters of explicit steps
 void refuse_explicit(Card& card)
 {
   for (const char* word : {"SCALE FACTOR", "DIRECT USER CONTROL", "FIXED TIME INCREMENTATION",
@@ -104,8 +104,8 @@ void refuse_explicit(Card& card)
 // ---------------------------------------------------------------------------
 // *DYNAMIC[, DIRECT][, SCHEME=][, BETA=][, GAMMA=][, DISSIPATION=][, ALPHA=][, HAFTOL=]
 //         [, HALFINC SCALE FACTOR=][, NOHAF] : dt, period[, dt_min[, dt_max]]
-// Without SCHEME: BETA, GAMMA mean Newmark, DISSIPATION energy-momentum, ALPHA below 0 HHT; else deck_resolve
-// settles it.
+// Without SCHEME: BETA, GAMMA imply Newmark, DISSIPATION energy-momentum, ALPHA < 0 HHT; otherwise see
+// deck_resolve.
 // *DYNAMIC, EXPLICIT[, SCALE FACTOR=] : [dt], period[, , dt_max]
 // ---------------------------------------------------------------------------
 void kw_dynamic(Card& card, Model& model)
@@ -115,7 +115,7 @@ void kw_dynamic(Card& card, Model& model)
   refuse_explicit(card);
   const HeadParam* const beta  = card_param(card, "BETA");
   const HeadParam* const alpha = card_param(card, "ALPHA");
-  double zero = 1.0;           // ALPHA=0, no damping, names no scheme
+  double zero = 1.0;           // ALPHA=0 does not imply HHT
   const bool no_alpha = alpha && !card_param(card, "SCHEME") && parse_real(alpha->value.text, zero) &&
                         zero == 0.0;
   s.scheme       = scheme_meant(card, no_alpha);

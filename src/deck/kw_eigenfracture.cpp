@@ -7,9 +7,9 @@ namespace {
 
 const char* const drive_words = "RCE|VD|SPECTRAL|PRESSURE|NONE";
 const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK|GRANULAR";
-// of GRIFFITH: waves shorter than an element do not break the next one (A14)
+// GRIFFITH: waves shorter than an element do not break the next element (A14)
 const double average_default = 0.8;
-const double release_default = 1.7;      // of GRIFFITH: a running crack then pays its toughness (A14)
+const double release_default = 1.7;      // GRIFFITH: a running crack then dissipates Gc (A14)
 const char* const criterion_words = "GRIFFITH|ELEMENT|COHESIVE";
 
 // START=YES|NO
@@ -49,7 +49,7 @@ void read_angle(Card& card, FractureDef& f)
     card_error(card, p->key, "ANGLE goes with RESIDUAL=GRANULAR only");
 }
 
-// which words go with which criterion, and which are gone
+// reports parameters of other criteria and removed parameters
 void check_words(Card& card, const FractureDef& f)
 {
   if (const HeadParam* p = card_param(card, "SPEED LIMIT"))

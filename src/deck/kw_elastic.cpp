@@ -2,7 +2,7 @@
 
 namespace {
 
-// E1, E2, E3, nu12, nu13, nu23, G12, G13 and in a second line G23[, temperature]
+// E1, E2, E3, nu12, nu13, nu23, G12, G13 / G23[, temperature]
 void read_engineering(Card& card, Material& m)
 {
   const char* const name[9] = {"E1", "E2", "E3", "nu12", "nu13", "nu23", "G12", "G13", "G23"};

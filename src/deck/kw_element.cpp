@@ -4,7 +4,7 @@
 
 namespace {
 
-// nodes of an element may go on in the next line
+// nodes of an element may continue in the next line
 void join_lines(Card& card, int wanted)
 {
   bool keyword = false;
@@ -14,7 +14,7 @@ void join_lines(Card& card, int wanted)
   }
 }
 
-// a label that no element has; false: told
+// false: the label is in use, which is reported
 bool label_is_new(Card& card, int label)
 {
   const int old = card.deck->elem_index.find(label);
@@ -26,7 +26,7 @@ bool label_is_new(Card& card, int label)
   return false;
 }
 
-// an edge of three nodes, in the order of any program: the ends first, which are furthest apart
+// an edge of three nodes in any order: moves the middle node to the end; the end nodes are furthest apart
 void middle_last(const Mesh& mesh, Facet& f)
 {
   const auto apart = [&](int a, int b) {
@@ -43,7 +43,7 @@ void middle_last(const Mesh& mesh, Facet& f)
   std::swap(f.node[middle], f.node[2]);
 }
 
-// elements of a lower dimension than the model
+// reads elements of a lower dimension than the model
 void read_facets(Card& card, Model& model, int nen, int corners)
 {
   Deck& d = *card.deck;
@@ -73,11 +73,11 @@ void read_facets(Card& card, Model& model, int nen, int corners)
   if (!set.empty()) facet_set_merge(d, model, set, item, card_place(card));
 }
 
-// elements of a type that is not available: their number is reported at the end of the mesh. remedy: empty
-// when the type is misspelt, which is reported already
+// reads elements of an unavailable type, which are reported once at the end of the mesh. remedy: empty for a
+// misspelt type, which has been reported
 void read_absent(Card& card, const std::string& remedy)
 {
-  const int most = 100;        // fields of an element
+  const int most = 100;        // max. fields of an element
   Deck& d = *card.deck;
   const std::string set = card_param_name(card, "ELSET");
   if (!set.empty()) d.absent_set.insert(set);
@@ -103,7 +103,7 @@ void read_absent(Card& card, const std::string& remedy)
 
 // ---------------------------------------------------------------------------
 // *ELEMENT, TYPE=[, ELSET=] : label, nodes
-// Types of a lower dimension than the model make node sets and surfaces (deck_facet.cpp).
+// Types of a lower dimension than the model define node sets and surfaces (deck_facet.cpp).
 // ---------------------------------------------------------------------------
 void kw_element(Card& card, Model& model)
 {

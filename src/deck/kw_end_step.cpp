@@ -1,6 +1,6 @@
 #include "deck/card.h"
 
-// *END STEP : print requests stay unless this step has its own of that kind
+// *END STEP : print requests are inherited unless this step has requests of the same kind
 void kw_end_step(Card& card, Model& model)
 {
   Deck& d = *card.deck;

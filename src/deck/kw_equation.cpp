@@ -6,13 +6,13 @@
 
 namespace {
 
-struct Triple {                // one term as it was written
+struct Triple {                // one term of a deck line
   Field node;
   int dof = 0;
   double coef = 0.0;
 };
 
-// the node of a term: a label, or a set of one node; -1: told
+// the node of a term: a label, or a set of one node; -1: error reported
 int node_of(Deck& d, const Model& m, const Field& at)
 {
   IntVec node;
@@ -55,7 +55,7 @@ void form(Deck& d, Model& m, const Place& place, const std::vector<Triple>& term
   m.equation.push_back(e);
 }
 
-// n, then n times node, direction, coefficient, in as many lines as it takes
+// n, then n times node, direction, coefficient, over any number of lines
 void read_equation(Card& card, const Model& model)
 {
   const Place place = line_place(card);
@@ -80,7 +80,7 @@ void read_equation(Card& card, const Model& model)
     card.next = card.field.size();
 }
 
-// nset|node, first[, last] : equations with these dependent dofs hold no longer
+// nset|node, first[, last] : removes the equations with these dependent dofs
 void remove_line(Card& card, Model& model, IntVec& active)
 {
   IntVec node;
@@ -106,7 +106,7 @@ void remove_line(Card& card, Model& model, IntVec& active)
 
 // ---------------------------------------------------------------------------
 // *EQUATION : n, then n times node, direction, coefficient; the first term is the dependent one
-// *EQUATION, REMOVE : nset|node, first[, last]; *EQUATION, REMOVE ALL; for this step and those that follow
+// *EQUATION, REMOVE : nset|node, first[, last]; *EQUATION, REMOVE ALL; for this and all later steps
 // ---------------------------------------------------------------------------
 void kw_equation(Card& card, Model& model)
 {

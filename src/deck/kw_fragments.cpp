@@ -1,6 +1,6 @@
 #include "deck/card.h"
 
-// *FRAGMENTS[, FREQUENCY= | TIME INTERVAL=] : table of the connected pieces; at the end of the run always
+// *FRAGMENTS[, FREQUENCY= | TIME INTERVAL=] : table of fragments; always at the end of the run
 void kw_fragments(Card& card, Model& model)
 {
   FragmentsDef& f = model.output.fragments;

@@ -6,7 +6,7 @@ namespace {
 
 struct GridPlane {             // XMIN ... ZMAX or X=0.05
   int axis = -1;
-  int side = 0;                // -1 min, 1 max, 0: at position
+  int side = 0;                // -1: min, 1: max, 0: at position
   double position = 0.0;
 };
 
@@ -27,7 +27,7 @@ bool read_plane(Card& card, const Model& model, GridPlane& p)
   return p.axis >= 0;
 }
 
-// position of the plane; it must be one of the grid
+// sets the position of the plane, which must be a plane of the grid
 void settle(Deck& d, Model& m, std::size_t i, const GridPlane& p, const Field& at)
 {
   const Grid& g = m.grid;

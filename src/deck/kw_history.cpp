@@ -12,7 +12,7 @@ QuantityWhere where(const std::string& what) { return quantity_find(what)->where
 bool is_of_elements(const std::string& what) { return where(what) == OF_POINTS; }
 bool is_of_points(const std::string& what) { return where(what) == OF_MOTION || is_of_elements(what); }
 
-// a body goes before a set of the same name: its elements and nodes may have become points
+// a body takes precedence over a set of the same name, whose elements may become points
 void settle(Deck& d, Model& m, HistoryDef h, const Field& target)
 {
   const int body = model_find_body(m, text_upper(target.text));
@@ -83,7 +83,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
     card_error(card, name, "column " + text_show(h.name) + " is defined already");
   names.push_back(h.name);
 
-  if (where(h.what) == OF_MODEL) {                      // of the whole model: no target
+  if (where(h.what) == OF_MODEL) {                      // quantity of the whole model: no target
     if (card_more(card)) {
       const int r = card_word(card, "reduction", "MAX|MIN");
       if (r >= 0) h.reduce = r == 0 ? REDUCE_MAX : REDUCE_MIN;

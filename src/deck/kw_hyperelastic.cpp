@@ -1,7 +1,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *HYPERELASTIC, NEO HOOKE : C10, D1[, temperature]. young and poisson become those of small strains:
+// *HYPERELASTIC, NEO HOOKE : C10, D1[, temperature]. young and poisson are the small-strain constants:
 // mu = 2 C10, K = 2 / D1
 // ---------------------------------------------------------------------------
 void kw_hyperelastic(Card& card, Model& model)

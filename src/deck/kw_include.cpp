@@ -1,5 +1,5 @@
 #include "deck/card.h"
 
-// *INCLUDE, INPUT=file : deck_peek opens the file before a card is made, so that the lines of the file may
-// also be data of the keyword before. This reader is never called.
+// *INCLUDE, INPUT=file : opened by deck_peek, so that the file may also contain data lines of the preceding
+// keyword. This reader is never called.
 void kw_include(Card&, Model&) {}

@@ -4,7 +4,7 @@
 
 namespace {
 
-// a body of material points before a set of the same name (its nodes may have become points)
+// a body takes precedence over a set of the same name, whose nodes may become points
 void apply(Deck& d, Model& m, const Field& target, InitialValue v)
 {
   v.body = model_find_body(m, text_upper(target.text));
@@ -12,7 +12,7 @@ void apply(Deck& d, Model& m, const Field& target, InitialValue v)
   m.initial.push_back(v);
 }
 
-// element set|element[, n1, n2[, n3]] : broken from the start, with the normal of the crack
+// element set|element[, n1, n2[, n3]] : elements broken at the start, with the normal of the crack
 void read_broken(Card& card, Model& model)
 {
   const char* const axis[3] = {"n1", "n2", "n3"};
@@ -50,7 +50,7 @@ void kw_initial_conditions(Card& card, Model& model)
     const Field target = card_field(card, "node set, node or body");
     v.dof   = card_int(card, "direction", 1, 3) - 1;
     v.value = card_expr(card, type == 1 ? "displacement" : "velocity");
-    if (card_good(card) && v.dof >= model.dim) {     // a plane model in a deck of space
+    if (card_good(card) && v.dof >= model.dim) {     // a 3D deck used for a plane model
       if (!v.value.is_const() || v.value.value != 0.0)
         card_error(card, card.whole, "direction 3 does not exist in a plane model; it can only be given 0");
       continue;

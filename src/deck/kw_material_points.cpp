@@ -2,7 +2,7 @@
 
 namespace {
 
-// box / cells
+// data lines: box / cells
 void read_box(Card& card, int dim, Body& b)
 {
   card_box(card, dim, "min", "max", b.lo.data(), b.hi.data());
@@ -13,7 +13,7 @@ void read_box(Card& card, int dim, Body& b)
   if (points > 5e7) card_error(card, card.whole, "more than 5e7 material points; take fewer cells");
 }
 
-// what has a meaning in the plane only
+// reports parameters of plane models
 void check_plane(Card& card, int dim)
 {
   for (const char* name : {"PLANE", "THICKNESS"})

@@ -8,16 +8,16 @@
 
 namespace {
 
-// how a cell is cut: elements of n nodes, each a list of corners of the cell
+// cut of a cell into n elements of nen nodes, given as corners of the cell
 struct Cut {
   int n, nen;
-  int corner[6][8];            // CENTRE: a node in the middle of the cell
+  int corner[6][8];            // CENTRE: node at the centre of the cell
 };
 const int CENTRE = 8;
 
-// corners of the quadrilateral and of the lower face of the brick: counter-clockwise from lower left.
-// Triangles, and the wedges above them, are cut from lower left to upper right. The six tetrahedra share the
-// diagonal 0 - 6, so that the diagonals of neighbours match.
+// Corners of the quadrilateral and of the lower face of the brick: counter-clockwise from lower left.
+// Triangles and wedges are cut from lower left to upper right. The six tetrahedra share the diagonal 0 - 6,
+// so that the diagonals of adjacent cells match.
 const Cut cut_quad = {1, 4, {{0, 1, 2, 3}}};
 const Cut cut_tri  = {2, 3, {{0, 1, 2}, {0, 2, 3}}};
 const Cut cut_hex  = {1, 8, {{0, 1, 2, 3, 4, 5, 6, 7}}};
@@ -43,7 +43,7 @@ const Cut& cut_of(int type)
   MPFE_CHECK(false, "cut_of: no shape of corners");
 }
 
-// two cells with the same key cost time only: the distance decides
+// hash of a cell; collisions are resolved by the distance of the nodes
 std::size_t cell_key(double i, double j, double k)
 {
   const std::hash<double> h;
@@ -95,7 +95,7 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
 {
   Mesh& mesh = model.mesh;
   const int per_cell = cut_of(p.type).n;
-  if (elem_quadratic(p.type)) nodes *= per_cell > 1 ? 8 : 4;       // edges a corner, with room
+  if (elem_quadratic(p.type)) nodes *= per_cell > 1 ? 8 : 4;       // upper bound of edges per corner
   if (&cut_of(p.type) == &cut_pyramid) nodes += cells;
   if (cells > 5e7) {
     card_error(card, card.whole, text_format("%.9g cells; at most 5e7 are allowed", cells));
@@ -112,7 +112,7 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
   if (!card_flag(card, "MERGE")) return true;
   p.tol = 1e-9 * size;
   for (int n = 0; n < mesh.nnode(); ++n) {
-    if (mesh.node_label[n] < 0) continue;            // of *TRANSFORM
+    if (mesh.node_label[n] < 0) continue;            // twin of *TRANSFORM
     const double* x = &mesh.X[3 * static_cast<std::size_t>(n)];
     p.near.emplace(cell_key(std::floor(x[0] / (4 * p.tol)), std::floor(x[1] / (4 * p.tol)),
                             std::floor(x[2] / (4 * p.tol))),
@@ -133,7 +133,7 @@ bool part_node(Card& card, Model& model, const double x[3], int side, Part& p)
 
 namespace {
 
-// the node a of a quadratic element, in the middle of an edge, from its corners; -1: no finite coordinates
+// midside node a of a quadratic element, created once for each edge; -1: no finite coordinates
 int middle_node(Card& card, Model& model, int a, const int* corner, Part& p)
 {
   int local[2];
@@ -147,7 +147,7 @@ int middle_node(Card& card, Model& model, int a, const int* corner, Part& p)
   return p.middle[std::minmax(i, j)] = static_cast<int>(p.node.size()) - 1;
 }
 
-// the node in the middle of a cell with eight corners
+// node at the centre of a cell with eight corners
 int centre_node(Card& card, Model& model, const int* corner, Part& p)
 {
   double x[3] = {0, 0, 0};

@@ -1,8 +1,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *MODEL CHANGE, TYPE=ELEMENT, REMOVE : elements or sets that are not there from the start; they count as
-// cracked
+// *MODEL CHANGE, TYPE=ELEMENT, REMOVE : elements or sets removed at the start; they count as cracked
 // ---------------------------------------------------------------------------
 void kw_model_change(Card& card, Model& model)
 {

@@ -1,7 +1,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *NEWTON : before all steps the default of all steps, in a step for this step
+// *NEWTON : before the first step the default of all steps; in a step for this step
 // ---------------------------------------------------------------------------
 void kw_newton(Card& card, Model& model)
 {

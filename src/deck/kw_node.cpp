@@ -1,7 +1,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *NODE[, NSET=] : label[, x[, y[, z]]], what is missing or blank is 0
+// *NODE[, NSET=] : label[, x[, y[, z]]]; missing or blank coordinates are 0
 // ---------------------------------------------------------------------------
 void kw_node(Card& card, Model& model)
 {
@@ -12,7 +12,7 @@ void kw_node(Card& card, Model& model)
     const double x = card_real_or(card, "x", 0.0, any_number());
     const double y = card_real_or(card, "y", 0.0, any_number());
     const double z = card_real_or(card, "z", 0.0, any_number());
-    for (int i = 0; i < 3; ++i) card_real_or(card, "normal", 0.0, any_number());       // of shells
+    for (int i = 0; i < 3; ++i) card_real_or(card, "normal", 0.0, any_number());       // of shells, unused
     if (model.dim == 2 && z != 0.0)
       card_error(card, card.field[3],
                  "z = " + text_show(card.field[3].text) +

@@ -5,7 +5,7 @@
 
 namespace {
 
-// the directions turned by an angle in degrees about one of them
+// rotates the directions about one of them by an angle in degrees
 void turn(int about, double angle, std::array<double, 9>& axis)
 {
   const int p = (about + 1) % 3, q = (about + 2) % 3;
@@ -21,7 +21,7 @@ void turn(int about, double angle, std::array<double, 9>& axis)
 
 // ---------------------------------------------------------------------------
 // *ORIENTATION, NAME=[, SYSTEM=RECTANGULAR] : a1, a2, a3, b1, b2, b3; axis, angle
-// Direction 1 of the material along a, 2 in the plane of a and b; then turned about one of the three
+// Direction 1 of the material along a, 2 in the plane of a and b; then rotated about one of the three
 // ---------------------------------------------------------------------------
 void kw_orientation(Card& card, Model&)
 {

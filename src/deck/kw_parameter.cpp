@@ -3,7 +3,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *PARAMETER : lines name = expression; the same name on the command line (-D) wins
+// *PARAMETER : lines name = expression; a value from the command line (-D) takes precedence
 // ---------------------------------------------------------------------------
 void kw_parameter(Card& card, Model&)
 {

@@ -28,7 +28,7 @@ void hardening_table(Card& card, Material& m)
 }
 
 // ---------------------------------------------------------------------------
-// *PLASTIC[, HARDENING=ISOTROPIC] : yield stress, equivalent plastic strain[, temperature], line after line
+// *PLASTIC[, HARDENING=ISOTROPIC] : lines of yield stress, equivalent plastic strain[, temperature]
 // ---------------------------------------------------------------------------
 void kw_plastic(Card& card, Model& model)
 {

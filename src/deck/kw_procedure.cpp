@@ -61,6 +61,6 @@ void procedure_read(Card& card, Model& model, Procedure proc)
                   0);
   read_times(card, s);
   if (s.dt_min <= 0.0) s.dt_min = 1e-6 * s.dt;
-  // dynamics: deck_resolve
+  // dynamic steps: deck_resolve
   if (s.dt_max <= 0.0 && proc == PROC_STATIC) s.dt_max = s.arc.on ? s.dt : s.period;
 }

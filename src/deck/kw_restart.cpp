@@ -14,7 +14,7 @@ void kw_restart(Card& card, Model& model)
   r.read = r.read || read;
   if (!write) return;
   r.frequency = card_param_int(card, "FREQUENCY", 0, 0, 2147483647);
-  if (r.frequency == 0 && card_param(card, "FREQUENCY")) return;   // of Abaqus: none is written
+  if (r.frequency == 0 && card_param(card, "FREQUENCY")) return;   // as in Abaqus: no files
   r.write     = true;
   r.interval  = card_param_real(card, "TIME INTERVAL", 0.0, above(0.0));
   r.overlay   = card_flag(card, "OVERLAY");

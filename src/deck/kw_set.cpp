@@ -4,7 +4,7 @@ namespace {
 
 const long max_range = 100000000;
 
-// first, last[, step] : those labels of the range that exist; downwards with a negative step
+// first, last[, step] : existing labels of the range; descending with a negative step
 void generate(Card& card, const LabelIndex& index, const IntVec& label, IntVec& item)
 {
   int first = card_label(card, "first label"), last = card_label(card, "last label");
@@ -18,7 +18,7 @@ void generate(Card& card, const LabelIndex& index, const IntVec& label, IntVec& 
   if (step < 0) {
     step = -step;
     std::swap(first, last);
-    first += static_cast<int>((static_cast<long>(last) - first) % step);      // where it ends, downwards
+    first += static_cast<int>((static_cast<long>(last) - first) % step);      // smallest label of the range
   }
   const long count = (static_cast<long>(last) - first) / step + 1;
   if (count > max_range)
@@ -41,7 +41,7 @@ void generate(Card& card, const LabelIndex& index, const IntVec& label, IntVec& 
               text_format("%ld of the %ld labels of this range are not defined", missing, count));
 }
 
-// a label or a name of elements of a lower dimension
+// adds facets by label or set name; true: the word is used up
 bool listed_facets(const Deck& d, const Model& model, const Field& f, IntVec& facet)
 {
   int label = 0;
@@ -56,14 +56,14 @@ bool listed_facets(const Deck& d, const Model& model, const Field& f, IntVec& fa
       facet.insert(facet.end(), s.item.begin(), s.item.end());
       found = true;
     }
-  return found && model_find_elset(model, text_upper(f.text)) < 0;     // a set may hold both
+  return found && model_find_elset(model, text_upper(f.text)) < 0;     // a set may contain both
 }
 
-// labels of a set that are not defined
+// undefined labels of a set
 struct Missing {
   Field first;
   int label = 0, count = 0;
-  // is f such a label? One of an element whose type is not available is reported by that
+  // true: f is an undefined label. Elements of an unavailable type are not counted.
   bool add(const Deck& d, const Field& f, const LabelIndex& index)
   {
     int number = 0;
@@ -91,7 +91,7 @@ void tell_missing(Card& card, const char* what, const Missing& missing, std::siz
                          missing.count, missing.count + defined, what, missing.label));
 }
 
-// labels and names of sets
+// a data line of labels and set names
 void listed(Card& card, const Model& model, bool nodes, Missing& missing, IntVec& item, IntVec& facet)
 {
   const LabelIndex& index = nodes ? card.deck->node_index : card.deck->elem_index;

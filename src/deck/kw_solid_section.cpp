@@ -5,7 +5,7 @@
 
 namespace {
 
-// the default, where the elements can have it
+// default of MASS; quadratic elements cannot have lumped mass
 bool lumps(const Model& m, const Section& s)
 {
   if (s.elset < 0 || !model_lumps(m)) return false;
@@ -13,7 +13,7 @@ bool lumps(const Model& m, const Section& s)
   return std::none_of(elem.begin(), elem.end(), [&](int e) { return elem_quadratic(m.mesh.elem_type[e]); });
 }
 
-// the material in the directions of an orientation: one of its own for each
+// copy of the material with its constants rotated by an orientation; one for each orientation
 int turned_material(Deck& d, Model& m, int k, const Field& orientation)
 {
   const auto found = d.orientation.find(text_upper(orientation.text));
@@ -23,14 +23,14 @@ int turned_material(Deck& d, Model& m, int k, const Field& orientation)
                "orientation " + text_show(orientation.text) + " is not defined (*ORIENTATION)");
     return k;
   }
-  if (m.material[k].law != LAW_ORTHO) return k;      // it is the same in all directions
+  if (m.material[k].law != LAW_ORTHO) return k;      // isotropic
   Material turned = m.material[k];
   turned.name += " in " + found->first;
   for (std::size_t i = 0; i < m.material.size(); ++i)
     if (m.material[i].name == turned.name) return static_cast<int>(i);
   turned.elastic = ortho_turn(turned.elastic, found->second);
   m.material.push_back(turned);
-  m.material[k].used = true;                         // by this one
+  m.material[k].used = true;                         // by the rotated copy
   return static_cast<int>(m.material.size()) - 1;
 }
 

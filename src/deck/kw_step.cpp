@@ -1,8 +1,8 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *STEP[, NLGEOM[=YES|NO]][, INC=][, EXTRAPOLATION=LINEAR|NO][, BALANCE=] : text lines may follow. What the
-// step before said stays until it is changed.
+// *STEP[, NLGEOM[=YES|NO]][, INC=][, EXTRAPOLATION=LINEAR|NO][, BALANCE=] : text lines may follow.
+// Settings of the previous step remain until they are changed.
 // ---------------------------------------------------------------------------
 void kw_step(Card& card, Model& model)
 {

@@ -8,7 +8,7 @@ namespace {
 
 struct FaceLine {              // elset|element, S1
   Field elem, face;
-  int number = 0;              // of the face, from 0
+  int number = 0;              // 0-based number of the face
 };
 
 bool known(const Model& m, const Field& f)
@@ -17,7 +17,7 @@ bool known(const Model& m, const Field& f)
   return target_label(f.text, label) || model_find_elset(m, text_upper(f.text)) >= 0;
 }
 
-// the faces of a surface; one that is listed again would carry each load again
+// adds the listed faces to a surface, each once: a duplicate would be loaded twice
 void add_faces(Deck& d, const Model& model, const std::vector<FaceLine>& lines, Surface& s)
 {
   const int before = d.errors;
@@ -61,7 +61,7 @@ void read_faces(Card& card, const Model& model, std::vector<FaceLine>& lines)
   }
 }
 
-// free faces of the elements all of whose nodes satisfy where
+// adds free faces of the elements, with where != 0 at all their nodes
 void find_faces(Card& card, const Model& model, const IntVec& elem, const Expr* where, Surface& s)
 {
   const Mesh& mesh = model.mesh;
@@ -118,7 +118,7 @@ void kw_surface(Card& card, Model& model)
   if (of_body && selects) s.where = where;
   const std::size_t i = model.surface.size();
   model.surface.push_back(s);
-  if (good && later)           // a set that stands below
+  if (good && later)           // refers to a set defined later
     card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { add_faces(d, m, lines, m.surface[i]); });
   if (of_body && !body.empty())
     card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { m.surface[i].body = target_body(d, m, body); });

@@ -2,7 +2,7 @@
 
 // ---------------------------------------------------------------------------
 // *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR : penalty[, tension, c0]; or PRESSURE-OVERCLOSURE=HARD
-// without a line
+// without data lines
 // ---------------------------------------------------------------------------
 void kw_surface_behavior(Card& card, Model&)
 {

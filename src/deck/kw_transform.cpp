@@ -5,7 +5,7 @@
 
 namespace {
 
-// along the radius, around the axis, along it
+// radial, circumferential and axial direction at a node; false: the node lies on the axis
 bool cylindrical(const Model& m, int node, const Vec& a, const Vec& e3, double limit,
                  std::array<double, 9>& axis)
 {
@@ -22,8 +22,8 @@ bool cylindrical(const Model& m, int node, const Vec& a, const Vec& e3, double l
 
 // ---------------------------------------------------------------------------
 // *TRANSFORM, NSET=[, TYPE=R|C] : a1, a2, a3, b1, b2, b3
-// Directions of *BOUNDARY, *CLOAD and *EQUATION at these nodes. R: direction 1 along a, 3 along a x b; C: a
-// and b are points of an axis, 1 along the radius, 2 around the axis, 3 along it
+// Local directions of *BOUNDARY, *CLOAD and *EQUATION at these nodes. R: direction 1 along a, 3 along a x b;
+// C: a and b are points of an axis, directions 1 radial, 2 circumferential, 3 axial
 // ---------------------------------------------------------------------------
 void kw_transform(Card& card, Model& model)
 {

@@ -1,6 +1,6 @@
 #include "deck/card.h"
 
-// *VISCOUS BOUNDARY : surface[, a, b], factors of the impedance along the normal and across it
+// *VISCOUS BOUNDARY : surface[, a, b], factors of the normal and tangential impedance
 void kw_viscous_boundary(Card& card, Model& model)
 {
   bool any = false;

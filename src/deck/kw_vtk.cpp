@@ -1,6 +1,6 @@
 #include "deck/card.h"
 
-// *VTK[, FREQUENCY=][, TIME INTERVAL=][, FORMAT=LEGACY|VTU|BINARY|ASCII] : without both every increment
+// *VTK[, FREQUENCY=][, TIME INTERVAL=][, FORMAT=LEGACY|VTU|BINARY|ASCII] : default every increment
 void kw_vtk(Card& card, Model& model)
 {
   VtkDef& v = model.output.vtk;
