@@ -26,7 +26,7 @@ inline bool unit(Vec& v, double limit)
 inline double size_of(const Vec& v) { return std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]); }
 
 // writes the unit vectors as the rows of axis
-inline void put(const Vec& e1, const Vec& e2, const Vec& e3, std::array<double, 9>& axis)
+inline void set_axes(const Vec& e1, const Vec& e2, const Vec& e3, std::array<double, 9>& axis)
 {
   for (int j = 0; j < 3; ++j) {
     axis[j]     = e1[j];

@@ -31,23 +31,23 @@ double harmless(const Limit& l)
   return l.has_lo ? l.lo + 1.0 : 0.0;
 }
 
-double real_of(Card& c, const Field& f, const char* what, const Limit& limit)
+double real_of(Card& c, const Field& f, const char* name, const Limit& limit)
 {
   double v = 0.0;
   if (f.bad) return harmless(limit);
   if (!parse_real(f.text, v) || f.quoted) {
     card_error(c, f,
-               std::string(what) + " must be a number, not " +
+               std::string(name) + " must be a number, not " +
                    (f.quoted ? "a function in quotes" : text_show(f.text)) +
-                   " (an expression of parameters stands in < >)");
+                   " (an expression of parameters is written in < >)");
     return harmless(limit);
   }
   if (within(limit, v)) return v;
-  card_error(c, f, std::string(what) + " = " + text_show(f.text) + " " + limit_text(limit, v));
+  card_error(c, f, std::string(name) + " = " + text_show(f.text) + " " + limit_text(limit, v));
   return harmless(limit);
 }
 
-int int_of(Card& c, const Field& f, const char* what, int lo, int hi)
+int int_of(Card& c, const Field& f, const char* name, int lo, int hi)
 {
   long long v = 0;
   if (f.bad) return lo;
@@ -55,17 +55,17 @@ int int_of(Card& c, const Field& f, const char* what, int lo, int hi)
   const char* last = f.text.data() + f.text.size();
   const auto r = std::from_chars(first, last, v);
   if (f.quoted || r.ptr != last || r.ec == std::errc::invalid_argument) {
-    card_error(c, f, std::string(what) + " must be a whole number, not " + text_show(f.text));
+    card_error(c, f, std::string(name) + " must be a whole number, not " + text_show(f.text));
     return lo;
   }
   if (r.ec == std::errc() && v >= lo && v <= hi) return static_cast<int>(v);
   card_error(c, f,
-             std::string(what) + " = " + text_show(f.text) +
+             std::string(name) + " = " + text_show(f.text) +
                  text_format(" must lie between %d and %d", lo, hi));
   return lo;
 }
 
-int word_of(Card& c, const Field& f, const char* what, const char* words)
+int word_of(Card& c, const Field& f, const char* name, const char* words)
 {
   const std::vector<std::string> list = split_words(words);
   for (std::size_t i = 0; i < list.size(); ++i)
@@ -73,7 +73,7 @@ int word_of(Card& c, const Field& f, const char* what, const char* words)
   const std::string nearest = text_nearest(f.text, list);
   std::string allowed;
   for (const std::string& w : list) allowed += (allowed.empty() ? "" : ", ") + w;
-  card_error(c, f, std::string(what) + " " + text_show(f.text) + " is not known; allowed: " + allowed +
+  card_error(c, f, std::string(name) + " " + text_show(f.text) + " is not known; allowed: " + allowed +
              (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
   return -1;
 }
@@ -87,13 +87,13 @@ const HeadParam* with_value(Card& c, const char* name)
   return nullptr;
 }
 
-Expr expr_of(Card& c, const Field& f, const char* what)
+Expr expr_of(Card& c, const Field& f, const char* name)
 {
   Expr e = expr_number(0.0);
   if (f.quoted) deck_function(*c.deck, f, f.text, e);
   else if (!parse_real(f.text, e.value))
     card_error(c, f,
-               std::string(what) + " must be a number or a function of x, y, z, t in double quotes, not " +
+               std::string(name) + " must be a number or a function of x, y, z, t in double quotes, not " +
                    text_show(f.text));
   return e;
 }
@@ -202,10 +202,10 @@ void card_end(Card& c)
 
 // ---- fields ---------------------------------------------------------------
 
-Field card_field(Card& c, const char* what)
+Field card_field(Card& c, const char* name)
 {
   if (!c.open && !card_line(c)) {
-    card_error(c, c.head.at, std::string("a data line with ") + what + " must follow");
+    card_error(c, c.head.at, std::string("a data line with ") + name + " must follow");
     c.errors_line = c.deck->errors - 1;
     return c.head.at;
   }
@@ -216,72 +216,72 @@ Field card_field(Card& c, const char* what)
   f.length = 1;
   f.number = static_cast<int>(c.next) + 1;
   if (c.next < c.field.size()) f = c.field[c.next++];
-  card_error(c, f, std::string(what) + " is missing here");
+  card_error(c, f, std::string(name) + " is missing here");
   return f;
 }
 
 Field card_field_or_none(Card& c) { return card_more(c) ? c.field[c.next++] : Field(); }
 
-double card_real(Card& c, const char* what, const Limit& limit)
+double card_real(Card& c, const char* name, const Limit& limit)
 {
-  const Field f = card_field(c, what);
-  return c.open && !f.empty() ? real_of(c, f, what, limit) : harmless(limit);
+  const Field f = card_field(c, name);
+  return c.open && !f.empty() ? real_of(c, f, name, limit) : harmless(limit);
 }
 
-double card_real_or(Card& c, const char* what, double otherwise, const Limit& limit)
+double card_real_or(Card& c, const char* name, double preset, const Limit& limit)
 {
-  return next_given(c) ? real_of(c, c.field[c.next++], what, limit) : otherwise;
+  return next_given(c) ? real_of(c, c.field[c.next++], name, limit) : preset;
 }
 
-int card_int(Card& c, const char* what, int lo, int hi)
+int card_int(Card& c, const char* name, int lo, int hi)
 {
-  const Field f = card_field(c, what);
-  return c.open && !f.empty() ? int_of(c, f, what, lo, hi) : lo;
+  const Field f = card_field(c, name);
+  return c.open && !f.empty() ? int_of(c, f, name, lo, hi) : lo;
 }
 
-int card_int_or(Card& c, const char* what, int otherwise, int lo, int hi)
+int card_int_or(Card& c, const char* name, int preset, int lo, int hi)
 {
-  return next_given(c) ? int_of(c, c.field[c.next++], what, lo, hi) : otherwise;
+  return next_given(c) ? int_of(c, c.field[c.next++], name, lo, hi) : preset;
 }
 
-int card_label(Card& c, const char* what) { return card_int(c, what, 1, 2147483647); }
+int card_label(Card& c, const char* name) { return card_int(c, name, 1, 2147483647); }
 
-int card_word(Card& c, const char* what, const char* words)
+int card_word(Card& c, const char* name, const char* words)
 {
-  const Field f = card_field(c, what);
-  return c.open && !f.empty() ? word_of(c, f, what, words) : -1;
+  const Field f = card_field(c, name);
+  return c.open && !f.empty() ? word_of(c, f, name, words) : -1;
 }
 
-Expr card_expr(Card& c, const char* what)
+Expr card_expr(Card& c, const char* name)
 {
-  const Field f = card_field(c, what);
-  return c.open && !f.empty() ? expr_of(c, f, what) : expr_number(0.0);
+  const Field f = card_field(c, name);
+  return c.open && !f.empty() ? expr_of(c, f, name) : expr_number(0.0);
 }
 
-Expr card_expr_or(Card& c, const char* what, double otherwise)
+Expr card_expr_or(Card& c, const char* name, double preset)
 {
-  return next_given(c) ? expr_of(c, c.field[c.next++], what) : expr_number(otherwise);
+  return next_given(c) ? expr_of(c, c.field[c.next++], name) : expr_number(preset);
 }
 
-int card_dof(Card& c, const Model& m, const char* what)
+int card_dof(Card& c, const Model& m, const char* name)
 {
-  const Field f = card_field(c, what);
+  const Field f = card_field(c, name);
   if (!c.open || f.empty()) return -1;
   const int errors = c.deck->errors;
-  const int dof = int_of(c, f, what, 1, m.dim) - 1;
+  const int dof = int_of(c, f, name, 1, m.dim) - 1;
   return c.deck->errors == errors ? dof : -1;
 }
 
-std::array<double, 3> card_direction(Card& c, const Model& m, const char* what)
+std::array<double, 3> card_direction(Card& c, const Model& m, const char* name)
 {
   const Field first = c.next < c.field.size() ? c.field[c.next] : c.whole;
   std::array<double, 3> n{{0, 0, 0}};
-  for (int i = 0; i < m.dim; ++i) n[i] = card_real(c, what, any_number());
-  if (m.dim == 2) n[2] = card_real_or(c, what, 0.0, from_to(0.0, 0.0));
+  for (int i = 0; i < m.dim; ++i) n[i] = card_real(c, name, any_number());
+  if (m.dim == 2) n[2] = card_real_or(c, name, 0.0, from_to(0.0, 0.0));
   const double s = std::hypot(n[0], n[1], n[2]);
   if (card_good(c) && !(s > 0.0 && std::isfinite(s)))
     card_error(c, first,
-               std::string(what) + " has no length; give a direction such as " +
+               std::string(name) + " is the zero vector; give a direction such as " +
                    (m.dim == 3 ? "0, 0, -1" : "0, -1"));
   for (double& v : n) v = s > 0.0 ? v / s : 0.0;
   return n;
@@ -308,8 +308,8 @@ bool card_box(Card& c, int dim, const char* low, const char* high, double lo[3],
 
 bool card_cells(Card& c, int dim, int n[3])
 {
-  const char* const what[3] = {"nx", "ny", "nz"};
-  for (int i = 0; i < dim; ++i) n[i] = card_int(c, what[i], 1, 50000000);
+  const char* const name[3] = {"nx", "ny", "nz"};
+  for (int i = 0; i < dim; ++i) n[i] = card_int(c, name[i], 1, 50000000);
   return card_good(c);
 }
 
@@ -349,29 +349,29 @@ Field card_param_field(Card& c, const char* name)
   return f;
 }
 
-int card_param_word(Card& c, const char* name, const char* words, int otherwise)
+int card_param_word(Card& c, const char* name, const char* words, int preset)
 {
   const HeadParam* p = with_value(c, name);
-  return p ? word_of(c, p->value, name, words) : otherwise;
+  return p ? word_of(c, p->value, name, words) : preset;
 }
 
-bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise)
+bool card_param_yes(Card& c, const char* name, bool alone, bool preset)
 {
   const HeadParam* p = card_param(c, name);
   if (p && !p->has_value && alone) return true;
-  return card_param_word(c, name, "NO|YES", otherwise ? 1 : 0) == 1;
+  return card_param_word(c, name, "NO|YES", preset ? 1 : 0) == 1;
 }
 
-double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit)
+double card_param_real(Card& c, const char* name, double preset, const Limit& limit)
 {
   const HeadParam* p = with_value(c, name);
-  return p ? real_of(c, p->value, name, limit) : otherwise;
+  return p ? real_of(c, p->value, name, limit) : preset;
 }
 
-int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi)
+int card_param_int(Card& c, const char* name, int preset, int lo, int hi)
 {
   const HeadParam* p = with_value(c, name);
-  return p ? int_of(c, p->value, name, lo, hi) : otherwise;
+  return p ? int_of(c, p->value, name, lo, hi) : preset;
 }
 
 bool card_param_expr(Card& c, const char* name, Expr& out)
@@ -385,12 +385,12 @@ bool card_param_expr(Card& c, const char* name, Expr& out)
   return false;
 }
 
-bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& what)
+bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& name)
 {
   const double value = expr_eval(where, X, 0.0);
   if (!std::isfinite(value) && c.deck->errors == c.errors_before)
-    card_error(c, card_param(c, "WHERE")->value, "WHERE is not a finite number at " + what + " " +
-               position_text(X, dim) + ": mind roots, logarithms and divisions");
+    card_error(c, card_param(c, "WHERE")->value, "WHERE is not a finite number at " + name + " " +
+               position_text(X, dim) + ": check roots, logarithms and divisions");
   return value != 0.0;
 }
 
@@ -401,36 +401,36 @@ std::string other_element(const std::string& name)
     const char *begin, *words;
   };
   static const Family family[] = {
-      {"C3D20", "this form is not available; take C3D20R, or C3D20"},
-      {"C3D27", "bricks of 27 nodes are not available; take C3D20R, with the first 20 nodes (gmsh: "
+      {"C3D20", "this form is not available; use C3D20R, or C3D20"},
+      {"C3D27", "bricks of 27 nodes are not available; use C3D20R, with the first 20 nodes (gmsh: "
                 "Mesh.SecondOrderIncomplete = 1)"},
-      {"C3D18", "wedges of 18 nodes are not available; take C3D15, with the first 15 nodes (gmsh: "
+      {"C3D18", "wedges of 18 nodes are not available; use C3D15, with the first 15 nodes (gmsh: "
                 "Mesh.SecondOrderIncomplete = 1)"},
-      {"C3D5", "this form is not available; take C3D5"},
+      {"C3D5", "this form is not available; use C3D5"},
       {"C3D13", "quadratic pyramids are not available; mesh with linear elements (C3D5) or tetrahedra alone"},
       {"C3D14", "quadratic pyramids are not available; mesh with linear elements (C3D5) or tetrahedra alone"},
-      {"C3D15", "this form is not available; take C3D15"},
-      {"C3D10", "this form is not available; take C3D10"},
-      {"C3D8", "this form of integration is not available; take C3D8, or C3D8I for bending"},
-      {"M3D9", "quadrilaterals of 9 nodes are not available; write those of 8 (gmsh: "
+      {"C3D15", "this form is not available; use C3D15"},
+      {"C3D10", "this form is not available; use C3D10"},
+      {"C3D8", "this form of integration is not available; use C3D8, or C3D8I for bending"},
+      {"M3D9", "quadrilaterals of 9 nodes are not available; write 8-node ones (gmsh: "
                "Mesh.SecondOrderIncomplete = 1)"},
-      {"CPE8", "this form is not available; take CPE8R, or CPE8"},
-      {"CPS8", "this form is not available; take CPS8R, or CPS8"},
-      {"CPE6", "this form is not available; take CPE6"},
-      {"CPS6", "this form is not available; take CPS6"},
-      {"CPE4", "this form of integration is not available; take CPE4, or CPE4I for bending"},
-      {"CPS4", "this form of integration is not available; take CPS4, or CPS4I for bending"},
-      {"CAX", "elements of bodies of revolution are not available"},
-      {"S3", "shells are not available; take solid elements"},
-      {"S4", "shells are not available; take solid elements"},
-      {"S6", "shells are not available; take solid elements"},
-      {"S8", "shells are not available; take solid elements"},
-      {"M3D", "membranes are not available; take solid elements"},
-      {"B2", "beams are not available; take solid elements"},
-      {"B3", "beams are not available; take solid elements"},
-      {"T2D", "trusses are not available; take solid elements"},
-      {"T3D", "trusses are not available; take solid elements"},
-      {"SPRING", "springs are not available; *BOND, TYPE=GROUND is one to the ground"},
+      {"CPE8", "this form is not available; use CPE8R, or CPE8"},
+      {"CPS8", "this form is not available; use CPS8R, or CPS8"},
+      {"CPE6", "this form is not available; use CPE6"},
+      {"CPS6", "this form is not available; use CPS6"},
+      {"CPE4", "this form of integration is not available; use CPE4, or CPE4I for bending"},
+      {"CPS4", "this form of integration is not available; use CPS4, or CPS4I for bending"},
+      {"CAX", "axisymmetric elements are not available"},
+      {"S3", "shells are not available; use solid elements"},
+      {"S4", "shells are not available; use solid elements"},
+      {"S6", "shells are not available; use solid elements"},
+      {"S8", "shells are not available; use solid elements"},
+      {"M3D", "membranes are not available; use solid elements"},
+      {"B2", "beams are not available; use solid elements"},
+      {"B3", "beams are not available; use solid elements"},
+      {"T2D", "trusses are not available; use solid elements"},
+      {"T3D", "trusses are not available; use solid elements"},
+      {"SPRING", "springs are not available; *BOND, TYPE=GROUND is a spring to the ground"},
   };
   for (const Family& f : family) {
     const std::string begin = f.begin;
@@ -467,7 +467,7 @@ int card_param_amplitude(Card& c, Model& m)
   if (index < 0 || m.amplitude[index].kind == AMP_EXPRESSION) {
     if (index >= 0 || f.empty())
       card_error(c, card_param(c, "TIME DELAY")->value,
-                 "TIME DELAY goes with AMPLITUDE= of a table; a function of t has its delay in itself");
+                 "TIME DELAY requires AMPLITUDE= with a table; write the delay into a function of t");
     return index;
   }
   Amplitude later = m.amplitude[index];
@@ -501,7 +501,7 @@ void card_temperature(Card& c)
   card_real_or(c, "temperature", 0.0, any_number());
   if (card_good(c) && card_line(c)) {
     card_error(c, c.whole, "a second row would depend on temperature, which *" + c.head.word +
-               " does not offer; leave the row of the temperature of the run");
+               " does not support; keep only the row of the temperature of the run");
     do c.next = c.field.size();
     while (card_line(c));
   }

@@ -44,19 +44,19 @@ bool card_more(const Card& c);           // the open line has another field
 bool card_good(const Card& c);           // no error in the open line so far
 void card_end(Card& c);                  // a further field or line is an error
 
-// ---- fields of the open line. what: name of the field in messages. words: "MEAN|SUM|MAX".
-Field card_field(Card& c, const char* what);
+// ---- fields of the open line. name: name in messages. words: "MEAN|SUM|MAX".
+Field card_field(Card& c, const char* name);
 Field card_field_or_none(Card& c);       // empty: no such field
-double card_real(Card& c, const char* what, const Limit& limit);
-double card_real_or(Card& c, const char* what, double otherwise, const Limit& limit);
-int card_int(Card& c, const char* what, int lo, int hi);
-int card_int_or(Card& c, const char* what, int otherwise, int lo, int hi);
-int card_label(Card& c, const char* what);
-int card_word(Card& c, const char* what, const char* words);       // index, -1: error
-Expr card_expr(Card& c, const char* what);                         // number or "function"
-Expr card_expr_or(Card& c, const char* what, double otherwise);
-int card_dof(Card& c, const Model& m, const char* what);           // 0-based, -1: error
-std::array<double, 3> card_direction(Card& c, const Model& m, const char* what);   // unit vector
+double card_real(Card& c, const char* name, const Limit& limit);
+double card_real_or(Card& c, const char* name, double preset, const Limit& limit);
+int card_int(Card& c, const char* name, int lo, int hi);
+int card_int_or(Card& c, const char* name, int preset, int lo, int hi);
+int card_label(Card& c, const char* name);
+int card_word(Card& c, const char* name, const char* words);       // index, -1: error
+Expr card_expr(Card& c, const char* name);                         // number or "function"
+Expr card_expr_or(Card& c, const char* name, double preset);
+int card_dof(Card& c, const Model& m, const char* name);           // 0-based, -1: error
+std::array<double, 3> card_direction(Card& c, const Model& m, const char* name);   // unit vector
 // xLOW, yLOW[, zLOW], xHIGH ...; false: error
 bool card_box(Card& c, int dim, const char* low, const char* high, double lo[3], double hi[3]);
 bool card_cells(Card& c, int dim, int n[3]);                       // nx, ny[, nz]; false: error
@@ -66,15 +66,15 @@ const HeadParam* card_param(const Card& c, const char* name);      // null: not 
 bool card_flag(Card& c, const char* name);                         // NAME without a value
 std::string card_param_name(Card& c, const char* name);            // upper case; "" when missing or invalid
 Field card_param_field(Card& c, const char* name);                 // value, upper case, to look up
-int card_param_word(Card& c, const char* name, const char* words, int otherwise);
+int card_param_word(Card& c, const char* name, const char* words, int preset);
 // NAME=YES|NO; alone: NAME without a value is YES
-bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise);
-double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit);
-int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi);
+bool card_param_yes(Card& c, const char* name, bool alone, bool preset);
+double card_param_real(Card& c, const char* name, double preset, const Limit& limit);
+int card_param_int(Card& c, const char* name, int preset, int lo, int hi);
 bool card_param_expr(Card& c, const char* name, Expr& out);
 inline double card_radians(double degrees) { return degrees * std::acos(-1.0) / 180.0; }
-// card_where : where != 0 at X; a value that is not finite is an error, reported once. what: node, element
-bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& what);
+// card_where : where != 0 at X; a value that is not finite is an error, reported once. name: node, element
+bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& name);
 // TYPE= as index into elem_table, -1: error
 int card_param_element(Card& c, std::string* remedy = nullptr);
 int card_param_amplitude(Card& c, Model& m);     // index or -1; TIME DELAY= adds a shifted copy

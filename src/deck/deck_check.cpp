@@ -29,11 +29,11 @@ void grow(Box& b, const double* x)
   }
 }
 
-const double* node_place(const Model& m, int n) { return &m.mesh.X[3 * static_cast<std::size_t>(n)]; }
+const double* node_X(const Model& m, int n) { return &m.mesh.X[3 * static_cast<std::size_t>(n)]; }
 
 void grow_by_element(Box& b, const Model& m, int e)
 {
-  for (int a = 0; a < m.mesh.conn.count(e); ++a) grow(b, node_place(m, m.mesh.conn.begin(e)[a]));
+  for (int a = 0; a < m.mesh.conn.count(e); ++a) grow(b, node_X(m, m.mesh.conn.begin(e)[a]));
 }
 
 Box body_box(const Model& m, const Body& body)
@@ -52,13 +52,13 @@ void fault(Deck& d, const char* keyword, const Place& place, const std::string& 
   deck_error(d, deck_field(d, place, word), text);
 }
 
-void doubt(Deck& d, const char* keyword, const Place& place, const std::string& word, const std::string& text)
+void warn(Deck& d, const char* keyword, const Place& place, const std::string& word, const std::string& text)
 {
   d.word = keyword;
   deck_warn(d, deck_field(d, place, word), text);
 }
 
-Place element_place(const Deck& d, int e)
+Place element_line(const Deck& d, int e)
 {
   Place p;
   p.file = d.file[d.elem_spot[e].file].path;
@@ -84,7 +84,7 @@ double corner(const Model& m, Shape shape, const int* node, int a)
   const int dim = shape_info[shape].dim, *to = shape_info[shape].edge[a];
   double r[3][3];
   for (int j = 0; j < 3; ++j)
-    for (int i = 0; i < 3; ++i) r[j][i] = node_place(m, node[to[j]])[i] - node_place(m, node[a])[i];
+    for (int i = 0; i < 3; ++i) r[j][i] = node_X(m, node[to[j]])[i] - node_X(m, node[a])[i];
   const double z = r[0][0] * r[1][1] - r[0][1] * r[1][0];
   if (dim == 2) return z;
   return (r[0][1] * r[1][2] - r[0][2] * r[1][1]) * r[2][0] +
@@ -92,7 +92,7 @@ double corner(const Model& m, Shape shape, const int* node, int a)
 }
 
 // node labels in the reversed order
-std::string turned_round(const Model& m, Shape shape, const int* node)
+std::string reversed_nodes(const Model& m, Shape shape, const int* node)
 {
   std::string text;
   for (int a = 0; a < shape_info[shape].nen; ++a)
@@ -117,8 +117,8 @@ void check_middles(Deck& d, const Model& m, int e)
   for (int a = shape_info[shape_info[shape].linear].nen; a < shape_info[shape].nen; ++a) {
     int end[2];
     shape_edge(shape, a, end);
-    const double *x = node_place(m, node[end[0]]), *y = node_place(m, node[end[1]]),
-                 *z = node_place(m, node[a]);
+    const double *x = node_X(m, node[end[0]]), *y = node_X(m, node[end[1]]),
+                 *z = node_X(m, node[a]);
     double off = 0.0, length = 0.0;
     for (int i = 0; i < m.dim; ++i) {
       off    = std::hypot(off, z[i] - 0.5 * (x[i] + y[i]));
@@ -126,11 +126,11 @@ void check_middles(Deck& d, const Model& m, int e)
     }
     if (off <= 0.4 * length) continue;
     const auto label = [&](int k) { return m.mesh.node_label[node[k]]; };
-    return fault(d, "ELEMENT", element_place(d, e), "",
-                 text_format("node %d of element %d should lie near the middle of its edge from node %d to "
-                             "node %d, and is ",
+    return fault(d, "ELEMENT", element_line(d, e), "",
+                 text_format("node %d of element %d must lie near the middle of its edge from node %d to "
+                             "node %d, but is ",
                              label(a), m.mesh.elem_label[e], label(end[0]), label(end[1])) +
-                     text_number(off) + " away from there; mind the order of the nodes (*ELEMENT)");
+                     text_number(off) + " away; check the order of the nodes (*ELEMENT)");
   }
 }
 
@@ -158,24 +158,24 @@ void check_element(Deck& d, const Model& m, int e)
   if (positive == n) return;
   std::string text;
   if (negative == n) {
-    text = text_format(dim == 3 ? "element %d is turned inside out; write its nodes in this order:"
+    text = text_format(dim == 3 ? "element %d is inside out; write its nodes in this order:"
                                 : "the nodes of element %d run clockwise; write them counter-clockwise:",
                        label) +
-           turned_round(m, shape, node) + (quadratic ? " (corners), those on the edges accordingly" : "");
+           reversed_nodes(m, shape, node) + (quadratic ? " (corners), midside nodes accordingly" : "");
   } else if (positive + negative == 0) {
-    text = text_format(dim == 3 ? "element %d has no volume; its nodes lie in a plane or on each other"
-                                : "element %d has no area; its nodes lie on a line or on each other",
+    text = text_format(dim == 3 ? "element %d has no volume; its nodes are coplanar or coincide"
+                                : "element %d has no area; its nodes are collinear or coincide",
                        label);
   } else if (dim == 3) {
-    text = text_format("element %d is folded at node %d: its edges there span no positive volume; mind the "
+    text = text_format("element %d is folded at node %d: its edges there span no positive volume; check the "
                        "order of the nodes",
                        label, m.mesh.node_label[node[worst]]);
   } else {
     text = text_format(
-        "element %d is not convex at node %d: the angle is 180 degrees or more; mind the order of the nodes",
+        "element %d is not convex at node %d: the angle is 180 degrees or more; check the order of the nodes",
         label, m.mesh.node_label[node[worst]]);
   }
-  fault(d, keyword_of(d, e), element_place(d, e), "", text);
+  fault(d, keyword_of(d, e), element_line(d, e), "", text);
 }
 
 void check_elements(Deck& d, const Model& m)
@@ -204,9 +204,9 @@ std::string quadratic_text(const Model& m, int e)
          text_format(", element %d)", m.mesh.elem_label[e]);
 }
 
-std::string take_linear(const Model& m)
+std::string use_linear(const Model& m)
 {
-  return m.dim == 3 ? "; take C3D8 or C3D4 there" : "; take CPE4 or CPE3 (CPS4, CPS3) there";
+  return m.dim == 3 ? "; use C3D8 or C3D4 there" : "; use CPE4 or CPE3 (CPS4, CPS3) there";
 }
 
 int first_quadratic(const Model& m, const IntVec& elem)
@@ -223,29 +223,29 @@ void check_quadratic(Deck& d, const Model& m)
   for (int e = 0; e < m.mesh.nelem(); ++e) all[e] = e;
   const int any = first_quadratic(m, all);
   if (any < 0) return;
-  const auto refuse = [&](const char* word, const Place& place, const std::string& what) {
-    fault(d, word, place, "", quadratic_text(m, any) + what);
+  const auto refuse = [&](const char* word, const Place& place, const std::string& text) {
+    fault(d, word, place, "", quadratic_text(m, any) + text);
   };
   if (!m.fracture.empty())
     refuse("EIGENFRACTURE", m.fracture[0].place,
-           " do not go with *EIGENFRACTURE in one mesh" + take_linear(m) + ", and everywhere else");
+           " cannot be combined with *EIGENFRACTURE" + use_linear(m) + ", and in the whole mesh");
   if (!m.conversion.empty())
     refuse("CONVERSION", m.conversion[0].place,
-           " do not go with *CONVERSION in one mesh" + take_linear(m) + ", and everywhere else");
+           " cannot be combined with *CONVERSION" + use_linear(m) + ", and in the whole mesh");
   if (!m.broken.empty() && m.fracture.empty())
     refuse(m.broken[0].remove ? "MODEL CHANGE" : "INITIAL CONDITIONS", m.broken[0].place,
-           " do not go with elements that are removed or broken from the start" + take_linear(m));
+           " cannot be combined with elements removed or broken at the start" + use_linear(m));
   for (const Section& s : m.section) {
     const int e = s.lumped && s.elset >= 0 ? first_quadratic(m, m.elset[s.elset].item) : -1;
     if (e >= 0)
       fault(d, "SOLID SECTION", s.place, "LUMPED",
-            quadratic_text(m, e) + " have no lumped mass: the sums of the rows are negative at corners; "
-                                   "leave MASS=LUMPED out");
+            quadratic_text(m, e) + " have no lumped mass: row sums are negative at corner nodes; "
+                                   "leave out MASS=LUMPED");
   }
   for (const BondDef& bond : m.bond) {
     if (bond.contact.general)
       refuse("CONTACT", bond.place,
-             " cannot be in contact, and *CONTACT takes all outer faces" + take_linear(m) +
+             " cannot be in contact, but *CONTACT includes all outer faces" + use_linear(m) +
                  ", or *CONTACT PAIR of the other faces");
     for (int s : {bond.surface, bond.contact.master}) {
       if (s < 0) continue;
@@ -255,7 +255,7 @@ void check_quadratic(Deck& d, const Model& m)
       if (e >= 0)
         fault(d, bond_word(bond), bond.place, m.surface[s].name,
               quadratic_text(m, e) + " of surface " + m.surface[s].name + " cannot carry " +
-                  (bond.kind == BOND_CONTACT ? "contact" : "bonds") + take_linear(m));
+                  (bond.kind == BOND_CONTACT ? "contact" : "bonds") + use_linear(m));
     }
   }
 }
@@ -281,7 +281,7 @@ IntVec body_of_elements(Deck& d, const Model& m)
                 " have a *SOLID SECTION; they become material points and must not have one");
     if (quadratic >= 0)
       fault(d, "MATERIAL POINTS", m.body[b].place, word,
-            quadratic_text(m, quadratic) + " cannot become material points" + take_linear(m));
+            quadratic_text(m, quadratic) + " cannot become material points" + use_linear(m));
     if (shared)
       fault(d, "MATERIAL POINTS", m.body[b].place, word,
             "elements of " + word + " belong to another body as well; an element fills one body");
@@ -297,7 +297,7 @@ void check_sections(Deck& d, const Model& m, const IntVec& body)
     if (missing++ == 0) first = e;
   }
   if (missing == 0) return;
-  fault(d, "SOLID SECTION", element_place(d, first), "",
+  fault(d, "SOLID SECTION", element_line(d, first), "",
         text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, "
                     "ELSET=..., MATERIAL=...",
                     missing, m.mesh.elem_label[first]));
@@ -314,26 +314,26 @@ void check_ortho(Deck& d, const Model& m, const Material& a)
   if (a.elastic.empty()) return;
   const char* const alone =
       a.hyper               ? "*HYPERELASTIC replaces *ELASTIC, TYPE=ENGINEERING CONSTANTS; keep one of them"
-      : a.law != LAW_ORTHO  ? "plasticity goes with isotropic *ELASTIC"
-      : a.beta > 0.0        ? "*DAMPING, BETA= goes with isotropic *ELASTIC; ALPHA= is available"
-      : a.breaks            ? "*EIGENFRACTURE names elements of it: the criterion and broken material are "
-                              "isotropic; take these elements out of the set"
+      : a.law != LAW_ORTHO  ? "plasticity requires isotropic *ELASTIC"
+      : a.beta > 0.0        ? "*DAMPING, BETA= requires isotropic *ELASTIC; ALPHA= is available"
+      : a.breaks            ? "*EIGENFRACTURE contains elements of it, but criterion and broken material are "
+                              "isotropic; remove these elements from the set"
                             : nullptr;
   if (alone) fault(d, "ELASTIC", a.place, a.name, "material " + a.name + ": " + alone);
-  double most = 0.0, out = 0.0;
+  double largest = 0.0, out = 0.0;
   for (int i : {0, 1, 2, 3})
-    for (int j : {0, 1, 2, 3}) most = std::max(most, std::fabs(a.elastic[6 * i + j]));
+    for (int j : {0, 1, 2, 3}) largest = std::max(largest, std::fabs(a.elastic[6 * i + j]));
   for (int i : {0, 1, 2, 3})
     for (int j : {4, 5}) out = std::max(out, std::fabs(a.elastic[6 * i + j]));
-  if (m.dim == 2 && out > 1e-9 * most)
+  if (m.dim == 2 && out > 1e-9 * largest)
     fault(d, "ELASTIC", a.place, a.name,
           "material " + a.name +
-              " shears out of the plane when it is strained in it: in a plane model one of its three "
-              "directions is that of z");
+              " couples in-plane strain and out-of-plane shear: in a plane model one of its three "
+              "directions must be z");
 }
 
 // all elements of this material that can break have CRITERION=COHESIVE
-bool breaks_by_cohesion(const Model& m, const Material& a)
+bool only_cohesive(const Model& m, const Material& a)
 {
   for (const FractureDef& f : m.fracture) {
     if (f.criterion == CRITERION_COHESIVE || f.elset < 0) continue;
@@ -352,9 +352,9 @@ void check_materials(Deck& d, const Model& m)
   for (const Step& s : m.step) dynamic = dynamic || s.proc == PROC_DYNAMIC;
   for (const Material& a : m.material) {
     if (!a.used) {
-      doubt(d, "MATERIAL", a.place, a.name,
-            "material " + a.name +
-                " is not used; name it in *SOLID SECTION or *MATERIAL POINTS, or remove it");
+      warn(d, "MATERIAL", a.place, a.name,
+           "material " + a.name +
+               " is not used; name it in *SOLID SECTION or *MATERIAL POINTS, or remove it");
       continue;
     }
     if (!a.has_elastic)
@@ -370,19 +370,19 @@ void check_materials(Deck& d, const Model& m)
     if (law_flows(a.law) && a.hyper)
       fault(d, plastic_word(a), a.place, a.name,
             "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) +
-                "; plasticity goes with *ELASTIC");
+                "; plasticity requires *ELASTIC");
     check_ortho(d, m, a);
     if (a.law == LAW_NEO_HOOKE && a.breaks)
-      doubt(d, "HYPERELASTIC", a.place, a.name,
-            "material " + a.name + " is hyperelastic and can break: the criterion of *EIGENFRACTURE and "
-            "broken material take the elastic constants of small strains, which is right for strains of a "
-            "few per cent");
-    if (law_flows(a.law) && a.breaks && !(a.law == LAW_DRUCKER_PRAGER && breaks_by_cohesion(m, a)))
+      warn(d, "HYPERELASTIC", a.place, a.name,
+           "material " + a.name + " is hyperelastic and can break: the criterion of *EIGENFRACTURE and "
+           "broken material use the small-strain elastic constants, which are accurate for strains of a "
+           "few per cent");
+    if (law_flows(a.law) && a.breaks && !(a.law == LAW_DRUCKER_PRAGER && only_cohesive(m, a)))
       fault(d, plastic_word(a), a.place, a.name,
-            "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic "
-            "flow takes at a crack tip is not in the criterion; remove *" + plastic_word(a) +
+            "material " + a.name + " is plastic, and *EIGENFRACTURE contains elements of it: plastic "
+            "dissipation at a crack tip is not in the criterion; remove *" + plastic_word(a) +
                 ", or these elements from the set" +
-                (a.law == LAW_DRUCKER_PRAGER ? ", or take CRITERION=COHESIVE" : ""));
+                (a.law == LAW_DRUCKER_PRAGER ? ", or use CRITERION=COHESIVE" : ""));
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.place, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
@@ -392,23 +392,23 @@ void check_materials(Deck& d, const Model& m)
 // elements with enhanced strains need *ELASTIC
 void check_law_elements(Deck& d, const Model& m)
 {
-  std::vector<char> told(m.material.size(), 0);
+  std::vector<char> reported(m.material.size(), 0);
   for (int e = 0; e < m.mesh.nelem(); ++e) {
     if (m.mesh.elem_section[e] < 0) continue;
     const int k = m.section[m.mesh.elem_section[e]].material;
-    if (k < 0 || told[k] || !elem_table[m.mesh.elem_type[e]].enhanced) continue;
+    if (k < 0 || reported[k] || !elem_table[m.mesh.elem_type[e]].enhanced) continue;
     const Material& a = m.material[k];
     if (a.law == LAW_SVK) continue;
-    told[k] = 1;
+    reported[k] = 1;
     const std::string type = elem_table[m.mesh.elem_type[e]].name;
     const char* const word = law_flows(a.law)       ? plastic_word(a)
                              : a.law == LAW_ORTHO ? "ELASTIC"
                                                     : "HYPERELASTIC";
     fault(d, word, a.place, a.name,
           text_format("element %d of type ", m.mesh.elem_label[e]) + type + " has material " + a.name +
-              ": enhanced strains go with " + (a.law == LAW_ORTHO ? "isotropic " : "") +
-              "*ELASTIC alone; take " + type.substr(0, type.size() - 1) +
-              (law_flows(a.law) ? ", which does not lock by its volume" : ""));
+              ": enhanced strains require " + (a.law == LAW_ORTHO ? "isotropic " : "") +
+              "*ELASTIC; use " + type.substr(0, type.size() - 1) +
+              (law_flows(a.law) ? ", which does not lock volumetrically" : ""));
   }
 }
 
@@ -438,40 +438,40 @@ void check_locking(Deck& d, const Model& m)
   for (std::size_t k = 0; k < m.material.size(); ++k) {
     const Material& a = m.material[k];
     if ((a.poisson < 0.49 && !law_flows(a.law)) || (element[k] < 0 && body[k] < 0)) continue;
-    std::string who;
+    std::string elements;
     if (element[k] >= 0)
-      who = elem_table[m.mesh.elem_type[element[k]]].name +
-            text_format(" (element %d)", m.mesh.elem_label[element[k]]);
+      elements = elem_table[m.mesh.elem_type[element[k]]].name +
+                 text_format(" (element %d)", m.mesh.elem_label[element[k]]);
     if (body[k] >= 0)
-      who += (who.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
-    const std::string why = law_flows(a.law) ? "plastic flow" : "poisson = " + text_number(a.poisson);
-    doubt(d, law_flows(a.law) ? plastic_word(a) : "ELASTIC", a.place, a.name,
-          why + " of material " + a.name + " makes " + who +
-              " too stiff: they lock when the volume cannot change" +
-              (element[k] >= 0 && elem_quadratic(m.mesh.elem_type[element[k]]) ? " and have no F-bar" : "") +
-              "; take " + (m.dim == 3 ? "C3D20R or C3D8" : "CPE8R or CPE4, or CPS4 where plane stress fits") +
-              (body[k] >= 0 ? ", and POINTS=2 or more for material points" : "") +
-              (a.breaks ? "; with *EIGENFRACTURE a smaller Poisson's ratio (0.45)" : ""));
+      elements += (elements.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
+    const std::string cause = law_flows(a.law) ? "plastic flow" : "poisson = " + text_number(a.poisson);
+    warn(d, law_flows(a.law) ? plastic_word(a) : "ELASTIC", a.place, a.name,
+         cause + " of material " + a.name + " makes " + elements +
+             " too stiff by volumetric locking" +
+             (element[k] >= 0 && elem_quadratic(m.mesh.elem_type[element[k]]) ? " (no F-bar)" : "") +
+             "; use " + (m.dim == 3 ? "C3D20R or C3D8" : "CPE8R or CPE4, or CPS4 where plane stress fits") +
+             (body[k] >= 0 ? ", and POINTS=2 or more for material points" : "") +
+             (a.breaks ? "; with *EIGENFRACTURE a smaller Poisson's ratio (0.45)" : ""));
   }
 }
 
 // warns of two initial values for a node or body in the same direction
 void check_initial(Deck& d, const Model& m)
 {
-  std::map<std::pair<int, int>, const InitialValue*> known;   // node, or -1 - body; direction and kind
+  std::map<std::pair<int, int>, const InitialValue*> previous;  // node, or -1 - body; direction and kind
   for (const InitialValue& v : m.initial) {
-    IntVec who = v.node;
-    if (v.body >= 0) who.push_back(-1 - v.body);
-    bool told = false;
-    for (int n : who) {
-      const InitialValue*& last = known[{n, v.dof + (v.displacement ? 3 : 0)}];
-      if (last && !told && !expr_same(last->value, v.value)) {
-        told = true;
-        const std::string whose = n < 0 ? "body " + m.body[-1 - n].name
-                                        : text_format("node %d", m.mesh.node_label[n]);
-        doubt(d, "INITIAL CONDITIONS", v.place, "",
-              text_format("replaces what line %d says for ", last->place.line) + whose +
-                  text_format(", direction %d; the last value holds", v.dof + 1));
+    IntVec target = v.node;
+    if (v.body >= 0) target.push_back(-1 - v.body);
+    bool reported = false;
+    for (int n : target) {
+      const InitialValue*& last = previous[{n, v.dof + (v.displacement ? 3 : 0)}];
+      if (last && !reported && !expr_same(last->value, v.value)) {
+        reported = true;
+        const std::string name = n < 0 ? "body " + m.body[-1 - n].name
+                                       : text_format("node %d", m.mesh.node_label[n]);
+        warn(d, "INITIAL CONDITIONS", v.place, "",
+             text_format("replaces the value of line %d for ", last->place.line) + name +
+                 text_format(", direction %d; the last value is used", v.dof + 1));
       }
       last = &v;
     }
@@ -492,23 +492,23 @@ void check_fragments(Deck& d, const Model& m)
 void check_arc(Deck& d, const Model& m, const Step& s)
 {
   if (!s.arc.on) return;
-  const auto no = [&](const Place& at, const std::string& text) { fault(d, "STATIC", at, "RIKS", text); };
-  const auto of_time = [](const Expr& value, int amplitude) { return amplitude >= 0 || !value.is_const(); };
-  if (&s != &m.step.back()) no(s.place, "the step with *STATIC, RIKS must be the last one");
+  const auto refuse = [&](const Place& at, const std::string& text) { fault(d, "STATIC", at, "RIKS", text); };
+  const auto varies = [](const Expr& value, int amplitude) { return amplitude >= 0 || !value.is_const(); };
+  if (&s != &m.step.back()) refuse(s.place, "the step with *STATIC, RIKS must be the last one");
   if (std::none_of(m.fracture.begin(), m.fracture.end(),
                    [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; }))
-    no(s.place, "*STATIC, RIKS follows cracks that open against a cohesion: write *EIGENFRACTURE, "
-                "CRITERION=COHESIVE, or leave out RIKS");
+    refuse(s.place, "*STATIC, RIKS requires cohesive cracks: write *EIGENFRACTURE, "
+                    "CRITERION=COHESIVE, or leave out RIKS");
   for (const Load& l : s.load) {
-    if (!l.of_place && of_time(l.value, l.amplitude))
-      no(l.place, "*STATIC, RIKS finds the factor of the loads itself: give a number without AMPLITUDE");
+    if (!l.of_place && varies(l.value, l.amplitude))
+      refuse(l.place, "*STATIC, RIKS computes the factor of the loads: give a number without AMPLITUDE");
     if (s.nlgeom && l.kind == LOAD_PRESSURE)
-      no(l.place, "a pressure that turns with the body (NLGEOM) does not go with *STATIC, RIKS");
+      refuse(l.place, "a follower pressure (NLGEOM) cannot be combined with *STATIC, RIKS");
   }
   for (const Prescribed& b : s.prescribed)
-    if (of_time(b.value, b.amplitude))
-      no(b.place, "*STATIC, RIKS finds the factor of the displacements itself: give a number without "
-                  "AMPLITUDE");
+    if (varies(b.value, b.amplitude))
+      refuse(b.place, "*STATIC, RIKS computes the factor of the displacements: give a number without "
+                      "AMPLITUDE");
 }
 
 void check_gravity(Deck& d, const Model& m, const Step& s)
@@ -536,9 +536,9 @@ void check_body_box(Deck& d, const Model& m, const Body& body)
     const double hi = g.lo[i] + g.n[i] * g.h[i], tol = 1e-9 * (hi - g.lo[i]);
     if (b.lo[i] > b.hi[i] || (b.lo[i] >= g.lo[i] - tol && b.hi[i] <= hi + tol)) continue;
     return fault(d, body.fill == FILL_CONVERSION ? "CONVERSION" : "MATERIAL POINTS", body.place, body.name,
-                 "body " + body.name + " reaches from " + text_number(b.lo[i]) + " to " +
+                 "body " + body.name + " extends from " + text_number(b.lo[i]) + " to " +
                      text_number(b.hi[i]) + in_axis[i] + ", the grid from " + text_number(g.lo[i]) + " to " +
-                     text_number(hi) + "; make the *GRID larger, with room for the motion");
+                     text_number(hi) + "; enlarge the *GRID, with room for the motion");
   }
 }
 
@@ -569,7 +569,7 @@ void check_fill(Deck& d, const Model& m, const Body& body)
         if (expr_eval(body.where, x, 0.0) != 0.0) return;
       }
   fault(d, "MATERIAL POINTS", body.place, "WHERE",
-        "WHERE is 0 at the centre of every domain of the box: 0 points; mind the box and the function");
+        "WHERE is 0 at the centre of every domain of the box: 0 points; check the box and the function");
 }
 
 // warns of overlapping boxes of points, which would double the material
@@ -579,14 +579,14 @@ void check_overlap(Deck& d, const Model& m)
     for (std::size_t l = 0; l < k; ++l) {
       const Body &a = m.body[k], &b = m.body[l];
       if (a.fill != FILL_BLOCK || b.fill != FILL_BLOCK) continue;
-      bool apart = false;
+      bool separate = false;
       for (int i = 0; i < m.dim; ++i)
-        apart = apart || std::min(a.hi[i], b.hi[i]) - std::max(a.lo[i], b.lo[i]) <= 1e-6 * m.grid.h[i];
-      if (!apart)
-        doubt(d, "MATERIAL POINTS", a.place, a.name,
-              "the boxes of " + a.name + " and " + b.name +
-                  " overlap: the material is there twice, "
-                  "with twice the mass and stiffness; is it meant?");
+        separate = separate || std::min(a.hi[i], b.hi[i]) - std::max(a.lo[i], b.lo[i]) <= 1e-6 * m.grid.h[i];
+      if (!separate)
+        warn(d, "MATERIAL POINTS", a.place, a.name,
+             "the boxes of " + a.name + " and " + b.name +
+                 " overlap: the material is doubled there, "
+                 "with twice the mass and stiffness; is this intended?");
     }
 }
 
@@ -608,7 +608,7 @@ void check_bodies(Deck& d, const Model& m)
           "there is no grid to stabilise; write *GRID with the box and the size of a cell, or leave *GHOST "
           "out");
   if (m.grid.given && m.body.empty())
-    doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
+    warn(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 
 // Features that are not available in explicit steps
@@ -623,32 +623,32 @@ void check_explicit(Deck& d, const Model& m)
     const int e = first_quadratic(m, m.elset[s.elset].item);
     if (e >= 0)
       fault(d, "SOLID SECTION", s.place, "",
-            line + ": " + quadratic_text(m, e) + " have no lumped mass" + take_linear(m) +
+            line + ": " + quadratic_text(m, e) + " have no lumped mass" + use_linear(m) +
                 ", or an implicit step");
     else if (!s.lumped)
       fault(d, "SOLID SECTION", s.place, "CONSISTENT",
-            line + ", which needs lumped masses; leave MASS=CONSISTENT out");
+            line + ", which requires lumped masses; leave out MASS=CONSISTENT");
   }
   const bool points = !m.body.empty() || !m.conversion.empty();
   for (const Material& a : m.material)
     if (a.used && a.alpha > 0.0 && points)
       fault(d, "DAMPING", a.place, a.name,
-            line + ": ALPHA does not go with material points there; take BETA, or an implicit step");
+            line + ": ALPHA is not available with material points; use BETA, or an implicit step");
   for (const ViscousBoundary& v : m.viscous)
     if (points)
       fault(d, "VISCOUS BOUNDARY", v.place, "",
-            line + ": viscous boundaries do not go with material points there; take an implicit step");
+            line + ": viscous boundaries are not available with material points; use an implicit step");
   if (m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0)
-    fault(d, "GHOST", m.grid.ghost_place, "GHOST", line + ", which knows no ghosts; leave *GHOST out");
+    fault(d, "GHOST", m.grid.ghost_place, "GHOST", line + ", which has no *GHOST; leave it out");
   for (const ConversionDef& c : m.conversion)
     if (c.bonded)
       fault(d, "CONVERSION", c.place, "BONDS",
-            line + ": bonds that form within it would make its increments too long; leave INTERFACE=BONDS "
+            line + ": new bonds would reduce the stable increment during the step; leave INTERFACE=BONDS "
                    "out");
   for (const BondDef& b : m.bond)
     if (b.augment > 0)
       fault(d, bond_word(b), b.place, b.name,
-            line + ", which makes no augmentations; leave AUGMENT out");
+            line + ", which does not augment contact or bonds; leave out AUGMENT");
 }
 
 // *DAMPING and *VISCOUS BOUNDARY act in dynamic steps only; a face belongs to one viscous boundary
@@ -658,15 +658,15 @@ void check_damping(Deck& d, const Model& m, const IntVec& body)
                                    [](const Step& s) { return s.proc == PROC_DYNAMIC; });
   for (const Material& a : m.material)
     if (a.used && a.has_damping && !dynamic && !m.step.empty())
-      doubt(d, "DAMPING", a.place, a.name,
-            "material " + a.name + " has a *DAMPING, which has no effect: no step is *DYNAMIC");
-  std::set<std::pair<int, int>> known;
+      warn(d, "DAMPING", a.place, a.name,
+           "material " + a.name + " has a *DAMPING, which has no effect: no step is *DYNAMIC");
+  std::set<std::pair<int, int>> damped;
   for (const ViscousBoundary& v : m.viscous) {
     if (v.surface < 0) continue;
     const Surface& s = m.surface[v.surface];
     if (!dynamic && !m.step.empty())
-      doubt(d, "VISCOUS BOUNDARY", v.place, s.name,
-            "viscous boundary " + s.name + " has no effect: no step is *DYNAMIC");
+      warn(d, "VISCOUS BOUNDARY", v.place, s.name,
+           "viscous boundary " + s.name + " has no effect: no step is *DYNAMIC");
     for (const ViscousBoundary* w = m.viscous.data(); w != &v; ++w)
       if (w->surface == v.surface && s.body >= 0)
         fault(d, "VISCOUS BOUNDARY", v.place, s.name, "surface " + s.name + " is a viscous boundary already");
@@ -675,8 +675,8 @@ void check_damping(Deck& d, const Model& m, const IntVec& body)
       if (body[f.elem] >= 0)
         fault(d, "VISCOUS BOUNDARY", v.place, s.name,
               text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + s.name +
-                  " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name);
-      else if (!known.insert({f.elem, f.face}).second)
+                  " becomes material points; use *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name);
+      else if (!damped.insert({f.elem, f.face}).second)
         fault(d, "VISCOUS BOUNDARY", v.place, s.name,
               face + " of surface " + s.name + " is on a viscous boundary already");
       else continue;
@@ -695,7 +695,7 @@ void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec
       const std::string& name = m.surface[s].name;
       fault(d, bond_word(bond), bond.place, name,
             text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + name +
-                " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name +
+                " becomes material points; use *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name +
                 (bond.kind == BOND_CONTACT ? "" : " (bonds to the ground)") +
                 " or the surface of the elements that stay");
       break;
@@ -727,7 +727,7 @@ void check_contact_faces(Deck& d, const Model& m, const BondDef& bond)
       fault(d, "CONTACT PAIR", bond.place, bond.name,
             text_format("face S%d of element %d in surface ", f.face + 1, m.mesh.elem_label[f.elem]) +
                 m.surface[s].name +
-                " lies inside the mesh, between two elements; contact takes outer faces (*SURFACE, ELSET=... "
+                " lies inside the mesh, between two elements; contact needs outer faces (*SURFACE, ELSET=... "
                 "finds them)");
       break;
     }
@@ -740,16 +740,16 @@ void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
   for (const Face& f : m.surface[bond.surface].face) {
     const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
     for (int a = 0; a < info.nfnode[f.face]; ++a)
-      grow(s, node_place(m, m.mesh.conn.begin(f.elem)[info.face[f.face][a]]));
+      grow(s, node_X(m, m.mesh.conn.begin(f.elem)[info.face[f.face][a]]));
   }
   const Box b = body_box(m, m.body[bond.body]);
   for (int i = 0; i < m.dim; ++i) {
     const double gap = std::max(s.lo[i] - b.hi[i], b.lo[i] - s.hi[i]);
     if (s.lo[i] > s.hi[i] || b.lo[i] > b.hi[i] || gap <= m.grid.h[i]) continue;
-    return doubt(d, "BOND", bond.place, m.surface[bond.surface].name,
-                 "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + in_axis[i] +
-                     " away from body " + m.body[bond.body].name +
-                     ", more than a cell of the grid; is it the right surface?");
+    return warn(d, "BOND", bond.place, m.surface[bond.surface].name,
+                "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + in_axis[i] +
+                    " away from body " + m.body[bond.body].name +
+                    ", more than a cell of the grid; is it the right surface?");
   }
 }
 
@@ -758,18 +758,18 @@ void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
 // warns of loads on prescribed dofs, which have no effect
 void check_loaded_supports(Deck& d, const Model& m, const Step& s)
 {
-  std::vector<char> held(3 * m.mesh.node_label.size(), 0);
+  std::vector<char> fixed(3 * m.mesh.node_label.size(), 0);
   for (const Prescribed& b : s.prescribed)
     for (int n : b.node)
-      for (int i = b.first; i <= b.last; ++i) held[3 * static_cast<std::size_t>(n) + i] = 1;
+      for (int i = b.first; i <= b.last; ++i) fixed[3 * static_cast<std::size_t>(n) + i] = 1;
   for (const Load& l : s.load) {
     if (l.kind != LOAD_NODE || l.ramp == RAMP_OUT) continue;
     for (int n : l.node)
-      if (held[3 * static_cast<std::size_t>(n) + l.dof]) {
-        doubt(d, "CLOAD", l.place, "",
-              text_format(
-                  "direction %d of node %d is prescribed and loaded; the load has no effect on the motion",
-                  l.dof + 1, m.mesh.node_label[n]));
+      if (fixed[3 * static_cast<std::size_t>(n) + l.dof]) {
+        warn(d, "CLOAD", l.place, "",
+             text_format(
+                 "direction %d of node %d is prescribed and loaded; the load has no effect on the motion",
+                 l.dof + 1, m.mesh.node_label[n]));
         break;
       }
   }
@@ -806,11 +806,11 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
   for (const Load& l : s.load)
     for (int n : l.node) {
       if (use[n] == USE_ELEMENT) continue;
-      const std::string what = use[n] == USE_NONE
+      const std::string text = use[n] == USE_NONE
                                    ? " is loaded but belongs to no element; remove it from the set"
                                    : " becomes a corner of material points; load the body by "
                                      "*SURFACE, TYPE=BODY and *DSLOAD";
-      fault(d, "CLOAD", l.place, "", text_format("node %d", m.mesh.node_label[n]) + what);
+      fault(d, "CLOAD", l.place, "", text_format("node %d", m.mesh.node_label[n]) + text);
       break;
     }
   for (const Prescribed& b : s.prescribed)
@@ -818,13 +818,13 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
       if (use[n] == USE_ELEMENT) continue;
       if (use[n] == USE_BODY)
         fault(d, "BOUNDARY", b.place, "",
-              text_format("node %d becomes a corner of material points; hold it by *GRID BOUNDARY or *BOND, "
+              text_format("node %d becomes a corner of material points; fix it by *GRID BOUNDARY or *BOND, "
                           "TYPE=GROUND",
                           m.mesh.node_label[n]));
       else
-        doubt(d, "BOUNDARY", b.place, "",
-              text_format("node %d is prescribed but belongs to no element; it has no effect",
-                          m.mesh.node_label[n]));
+        warn(d, "BOUNDARY", b.place, "",
+             text_format("node %d is prescribed but belongs to no element; it has no effect",
+                         m.mesh.node_label[n]));
       break;
     }
 }
@@ -851,15 +851,15 @@ void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& r
   for (const Load& l : s.load) {
     if (l.surface < 0 || l.ramp == RAMP_OUT) continue;
     const std::vector<Face>& face = m.surface[l.surface].face;
-    const auto gone = std::count_if(face.begin(), face.end(),
-                                    [&](const Face& f) { return removed[f.elem] != 0; });
-    if (gone == 0) continue;
+    const auto removed_faces = std::count_if(face.begin(), face.end(),
+                                             [&](const Face& f) { return removed[f.elem] != 0; });
+    if (removed_faces == 0) continue;
     const std::string text = text_format(
         "%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
-        static_cast<int>(gone), static_cast<int>(face.size()));
-    if (gone == static_cast<long>(face.size()))
-      fault(d, l.keyword.c_str(), l.place, "", text + "; load what is left");
-    else doubt(d, l.keyword.c_str(), l.place, "", text);
+        static_cast<int>(removed_faces), static_cast<int>(face.size()));
+    if (removed_faces == static_cast<long>(face.size()))
+      fault(d, l.keyword.c_str(), l.place, "", text + "; load the remaining faces");
+    else warn(d, l.keyword.c_str(), l.place, "", text);
   }
 }
 

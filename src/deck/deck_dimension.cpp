@@ -48,21 +48,21 @@ int deck_dimension(const std::string& path)
 // ---------------------------------------------------------------------------
 // deck_same_dimension : checks that elements and grid of a deck have one dimension
 //
-//   in   at, what   the word that implies the dimension dim, and its name in messages
+//   in   at, name   the word that implies the dimension dim, and its name in messages
 //   out  false: earlier elements or grid have another dimension; reported
 // ---------------------------------------------------------------------------
-bool deck_same_dimension(Deck& d, const Field& at, const std::string& what, int dim)
+bool deck_same_dimension(Deck& d, const Field& at, const std::string& name, int dim)
 {
   if (d.dim_first == 0) {
     d.dim_first = dim;
-    d.dim_what  = what;
+    d.dim_what  = name;
     d.dim_spot  = Spot{at.file, at.line};
   }
   if (d.dim_first == dim) return true;
   const char* const word[2] = {"two", "three"};
   deck_error(d, at,
-             what + " has " + word[dim - 2] + " dimensions, but " + d.dim_what + " of " +
+             name + " has " + word[dim - 2] + " dimensions, but " + d.dim_what + " of " +
                  spot_text(d, d.dim_spot) + " has " + word[d.dim_first - 2] +
-                 "; a deck has elements and a grid of one dimension");
+                 "; all elements and the grid of a deck must have the same dimension");
   return false;
 }

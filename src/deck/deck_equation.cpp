@@ -19,34 +19,34 @@ void fault(Deck& d, const Equation& e, const std::string& text)
 }
 
 // [nnode] 0: no elements, 1: an element remains an element during the run, 2: none does
-std::vector<char> node_lives(const Model& m)
+std::vector<char> node_kinds(const Model& m)
 {
-  std::vector<char> leaves(m.mesh.nelem(), 0), life(m.mesh.nnode(), 0);
+  std::vector<char> converts(m.mesh.nelem(), 0), kind(m.mesh.nnode(), 0);
   for (const Body& b : m.body)
     if (b.elset >= 0)
-      for (int e : m.elset[b.elset].item) leaves[e] = 1;
+      for (int e : m.elset[b.elset].item) converts[e] = 1;
   for (const ConversionDef& c : m.conversion)
     if (c.elset >= 0)
-      for (int e : m.elset[c.elset].item) leaves[e] = 1;
+      for (int e : m.elset[c.elset].item) converts[e] = 1;
   for (int e = 0; e < m.mesh.nelem(); ++e)
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) {
-      char& l = life[m.mesh.conn.item[k]];
-      if (!leaves[e]) l = 1;
+      char& l = kind[m.mesh.conn.item[k]];
+      if (!converts[e]) l = 1;
       else if (l == 0) l = 2;
     }
-  return life;
+  return kind;
 }
 
 // equations cannot act on nodes whose elements all become material points
-void check_nodes(Deck& d, const Model& m, const std::vector<char>& life)
+void check_nodes(Deck& d, const Model& m, const std::vector<char>& kind)
 {
   for (const Equation& e : m.equation)
     for (const EquationTerm& t : e.term) {
-      if (life[t.node] != 2) continue;
+      if (kind[t.node] != 2) continue;
       fault(
           d, e,
-          text_format("all elements of node %d are or may become material points, which have no nodes "
-                      "that an equation could tie; keep an element there out of *CONVERSION, or tie by *BOND",
+          text_format("all elements of node %d are or may become material points, on which equations "
+                      "cannot act; exclude an element there from *CONVERSION, or use *BOND",
                       m.mesh.node_label[t.node]));
       break;
     }
@@ -65,8 +65,8 @@ void check_prescribed(Deck& d, const Model& m, const Step& s)
         const Equation& e = m.equation[k->second];
         fault(d, e,
               text_format(e.of == EQUATION_COUPLING
-                              ? "direction %d of node %d follows the reference node, and is prescribed in "
-                              : "direction %d of node %d depends on others by this equation, and is "
+                              ? "direction %d of node %d follows the reference node, but is prescribed in "
+                              : "direction %d of node %d is dependent in this equation, but is "
                                 "prescribed in ",
                           i + 1, m.mesh.node_label[n]) +
                   b.place.file + text_format(" line %d; ", b.place.line) +
@@ -78,17 +78,18 @@ void check_prescribed(Deck& d, const Model& m, const Step& s)
 }
 
 // a load on a node without elements needs an equation with this dof
-void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>& life)
+void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>& kind)
 {
-  std::vector<char> taken(3 * static_cast<std::size_t>(m.mesh.nnode()), 0);
+  std::vector<char> linked(3 * static_cast<std::size_t>(m.mesh.nnode()), 0);
   for (int k : s.equation)
-    for (const EquationTerm& t : m.equation[k].term) taken[3 * static_cast<std::size_t>(t.node) + t.dof] = 1;
+    for (const EquationTerm& t : m.equation[k].term) linked[3 * static_cast<std::size_t>(t.node) + t.dof] = 1;
   for (const RigidBody& b : m.rigid)
     for (std::size_t i = 0; i < 3; ++i)
-      taken[3 * static_cast<std::size_t>(b.ref) + i] = taken[3 * static_cast<std::size_t>(b.turn) + i] = 1;
+      linked[3 * static_cast<std::size_t>(b.ref) + i] =
+          linked[3 * static_cast<std::size_t>(b.turn) + i] = 1;
   for (const Load& l : s.load)
     for (int n : l.node) {
-      if (life[n] || taken[3 * static_cast<std::size_t>(n) + l.dof]) continue;
+      if (kind[n] || linked[3 * static_cast<std::size_t>(n) + l.dof]) continue;
       d.word = "CLOAD";
       deck_error(
           d, deck_field(d, l.place, ""),
@@ -117,20 +118,20 @@ DofSet equation_given(const Model& m, const Step& s)
 void check_equations(Deck& d, const Model& m)
 {
   if (m.equation.empty()) return;
-  const std::vector<char> life = node_lives(m);
-  check_nodes(d, m, life);
+  const std::vector<char> kind = node_kinds(m);
+  check_nodes(d, m, kind);
   for (const Step& s : m.step) {
     std::vector<EquationSolved> solved;
     int bad = -1;
     if (!equations_resolve(m, s.equation, solved, bad))
       fault(d, m.equation[bad],
             m.equation[bad].of == EQUATION_TIE
-                ? "slave nodes depend on themselves by way of other ties or equations; exchange slave and "
+                ? "slave nodes depend on themselves through other ties or equations; exchange slave and "
                   "master "
                   "of one of them"
-                : "the first term of this equation depends on itself by way of other equations; "
+                : "the first term of this equation depends on itself through other equations; "
                   "begin one of them with another term");
     check_prescribed(d, m, s);
-    check_loads(d, m, s, life);
+    check_loads(d, m, s, kind);
   }
 }

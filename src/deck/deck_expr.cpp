@@ -23,8 +23,8 @@ bool name_start(char c) { return std::isalpha(static_cast<unsigned char>(c)) || 
 bool well_formed(const std::string& text, std::string& error, int& position)
 {
   int depth = 0;
-  const auto fault = [&](const char* what, std::size_t i) {
-    error = what;
+  const auto fault = [&](const char* message, std::size_t i) {
+    error = message;
     position = static_cast<int>(i);
     return false;
   };
@@ -33,10 +33,10 @@ bool well_formed(const std::string& text, std::string& error, int& position)
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i], next = i + 1 < text.size() ? text[i + 1] : ' ', before = i ? text[i - 1] : ' ';
     if (c == '(' && ++depth > 100) return fault("more than 100 brackets are open", i);
-    if (c == ')' && --depth < 0) return fault("the bracket that opens is missing", i);
-    if (c == ',' && depth == 0) return fault("a comma may only stand between the arguments of a function", i);
+    if (c == ')' && --depth < 0) return fault("the opening bracket is missing", i);
+    if (c == ',' && depth == 0) return fault("a comma is allowed only between arguments of a function", i);
     if (c == '=' && next != '=' && before != '=' && before != '<' && before != '>' && before != '!')
-      return fault("= assigns nothing here; to compare write ==", i);
+      return fault("= is not allowed; to compare write ==", i);
     if (!name_char(c) && !std::strchr(" \t.+-*/^(),<>=!&|?:", c))
       return fault("this character has no meaning in an expression", i);
   }
@@ -113,7 +113,7 @@ bool names_are_known(Deck& d, const Field& at, int offset, const std::string& te
   if (!unknown_name(d, text, with_xyzt, name, position)) return true;
   const bool letter = !with_xyzt && is_reserved(name);
   report(d, at, offset, text,
-         letter ? "x, y, z, t have no value here; only parameters have"
+         letter ? "x, y, z, t have no value here; only parameters do"
                 : "the name " + text_show(name) + " is not known" +
                       text_suggest(name, known_names(d, with_xyzt)),
          position, static_cast<int>(name.size()));
@@ -127,9 +127,9 @@ std::string deck_parameter_name_fault(const std::string& name)
   if (name.empty() || !name_start(name[0]) || name.size() > 60)
     return "must begin with a letter and have at most 60 characters";
   for (char c : name)
-    if (!name_char(c)) return "may hold letters, digits and _ only";
+    if (!name_char(c)) return "may contain only letters, digits and _";
   if (is_reserved(name) || is_function(name))
-    return "is a word of every expression (x y z t pi, functions); take another one";
+    return "is reserved in expressions (x y z t pi, functions); choose another";
   return "";
 }
 

@@ -109,12 +109,12 @@ void facet_surfaces(Deck& d, Model& m)
     if (s.face.size() < set.item.size() && d.absent_elem.empty())
       deck_warn(d, deck_field(d, set.place, set.name),
                 text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) +
-                    set.name + " are no outer faces of the mesh; surface " + set.name + " has the others");
+                    set.name + " are not outer faces of the mesh; surface " + set.name + " has the others");
     m.surface.push_back(s);
   }
 }
 
-void absent_tell(Deck& d)
+void absent_report(Deck& d)
 {
   d.word = "ELEMENT";
   for (const Absent& a : d.absent)

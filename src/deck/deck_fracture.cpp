@@ -50,16 +50,16 @@ void check_elements(Deck& d, const Model& m, const std::vector<Def>& defs, const
 
 void check_broken(Deck& d, const Model& m)
 {
-  IntVec may(m.mesh.nelem(), 0);
+  IntVec breakable(m.mesh.nelem(), 0);
   for (const FractureDef& f : m.fracture)
     if (f.elset >= 0)
-      for (int e : m.elset[f.elset].item) may[e] = 1;
+      for (int e : m.elset[f.elset].item) breakable[e] = 1;
   for (const BrokenDef& b : m.broken)
     for (int e : b.elem) {
-      if (b.remove || may[e]) continue;
+      if (b.remove || breakable[e]) continue;
       refuse(d, "INITIAL CONDITIONS", b.place, "",
-             text_format("element %d is broken from the start, but belongs to no *EIGENFRACTURE, which "
-                         "says what it still carries; put it into the set of one",
+             text_format("element %d is broken at the start, but belongs to no *EIGENFRACTURE, which "
+                         "defines its residual stress; add it to the set of one",
                          m.mesh.elem_label[e]));
       break;
     }
@@ -74,8 +74,8 @@ void check_estimate(Deck& d, const Model& m)
       refuse(
           d, "EIGENFRACTURE", f.place, "FORCE",
           text_format(
-              "ESTIMATE=FORCE holds in static steps only, and the step of line %d is dynamic; leave it out: "
-              "AUTO, the default, takes FORCE in static steps and BALL in dynamic ones",
+              "ESTIMATE=FORCE is valid in static steps only, the step of line %d is dynamic; leave it out: "
+              "AUTO, the default, uses FORCE in static steps and BALL in dynamic ones",
               s.place.line));
       break;
     }
@@ -84,27 +84,27 @@ void check_estimate(Deck& d, const Model& m)
 // largest distance between two nodes of an element
 double diameter(const Mesh& mesh, int e)
 {
-  double most = 0.0;
+  double largest = 0.0;
   for (int a = 0; a < mesh.conn.count(e); ++a)
     for (int b = 0; b < a; ++b) {
       const double *x = &mesh.X[3 * mesh.conn.begin(e)[a]], *y = &mesh.X[3 * mesh.conn.begin(e)[b]];
-      most = std::max(most, std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]));
+      largest = std::max(largest, std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]));
     }
-  return most;
+  return largest;
 }
 
 // largest element that can follow the softening: E over its steepest slope               (2.34)
-double widest(const FractureDef& f, double young)
+double max_elem_size(const FractureDef& f, double young)
 {
   const double part[] = {2.0, 1.2, 1.0};             // linear, bilinear, exponential
   return part[f.softening] * young * f.gc / (f.ft * f.ft);
 }
 
 // uniaxial tensile strength of a Drucker-Prager material                                         (2.37)
-double tension_of(const Material& a)
+double tensile_strength(const Material& a)
 {
-  const double most = *std::max_element(a.yield.begin(), a.yield.end());
-  return cone_part(a) * most / (1.0 + a.friction / 3.0);
+  const double largest = *std::max_element(a.yield.begin(), a.yield.end());
+  return cone_part(a) * largest / (1.0 + a.friction / 3.0);
 }
 
 // COHESIVE: needs elastic or Drucker-Prager material and elements small enough for the softening
@@ -117,25 +117,25 @@ void check_cohesive(Deck& d, const Model& m)
       if (material < 0) break;                       // reported by check_elements
       const Material& mat  = m.material[material];
       const ElemType& type = elem_table[m.mesh.elem_type[e]];
-      const double most    = widest(f, mat.young), size = diameter(m.mesh, e);
+      const double limit    = max_elem_size(f, mat.young), size = diameter(m.mesh, e);
       const auto fault     = [&](const std::string& text) {
         refuse(d, "EIGENFRACTURE", f.place, m.elset[f.elset].name,
                    text_format("element %d: ", m.mesh.elem_label[e]) + text);
       };
       if (mat.law != LAW_SVK && mat.law != LAW_DRUCKER_PRAGER) {
-        fault("CRITERION=COHESIVE goes with *ELASTIC alone, or with *DRUCKER PRAGER; leave out *PLASTIC and "
+        fault("CRITERION=COHESIVE requires *ELASTIC alone or with *DRUCKER PRAGER; leave out *PLASTIC and "
               "*HYPERELASTIC of " + mat.name);
         break;
       }
       if (mat.law == LAW_DRUCKER_PRAGER && !mat.yield.empty()) {
-        const double flows_at = tension_of(mat);
-        if (f.ft >= flows_at) {
-          fault("in tension " + mat.name + " flows at " + text_number(flows_at) + ", below ft = " +
-                text_number(f.ft) + ", and does not crack; lower ft, or raise *DRUCKER PRAGER HARDENING");
+        const double strength = tensile_strength(mat);
+        if (f.ft >= strength) {
+          fault("in tension " + mat.name + " yields at " + text_number(strength) + ", below ft = " +
+                text_number(f.ft) + ", and cannot crack; lower ft, or raise *DRUCKER PRAGER HARDENING");
           break;
         }
         if (f.residual != SPLIT_CRACK) {
-          fault("a crack in " + mat.name + ", which flows by *DRUCKER PRAGER, keeps the law of this "
+          fault("a crack in " + mat.name + " with *DRUCKER PRAGER keeps the law of this "
                 "material; leave out RESIDUAL");
           break;
         }
@@ -144,9 +144,9 @@ void check_cohesive(Deck& d, const Model& m)
         fault(std::string("CRITERION=COHESIVE needs elements without enhanced strains, not ") + type.name);
         break;
       }
-      if (size <= most) continue;
-      fault("it measures " + text_number(size) + ", too wide for the softening, which needs elements below " +
-            text_number(most) + " (E Gc/ft^2 = " + text_number(mat.young * f.gc / (f.ft * f.ft)) +
+      if (size <= limit) continue;
+      fault("its size " + text_number(size) + " is too large for the softening, which needs elements below " +
+            text_number(limit) + " (E Gc/ft^2 = " + text_number(mat.young * f.gc / (f.ft * f.ft)) +
             "); refine the mesh, or lower ft");
       break;
     }
@@ -172,15 +172,15 @@ void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
 void check_trigger(Deck& d, const Model& m, const ConversionDef& c)
 {
   if (c.trigger != TRIGGER_EROSION) return;
-  IntVec may(m.mesh.nelem(), 0);
+  IntVec breakable(m.mesh.nelem(), 0);
   for (const FractureDef& f : m.fracture)
     if (f.elset >= 0)
-      for (int e : m.elset[f.elset].item) may[e] = 1;
+      for (int e : m.elset[f.elset].item) breakable[e] = 1;
   for (int e : m.elset[c.elset].item)
-    if (may[e]) return;
+    if (breakable[e]) return;
   refuse(d, "CONVERSION", c.place, m.elset[c.elset].name,
-         "no element of this set is in an *EIGENFRACTURE: none ever breaks, and none becomes "
-         "points; write one, or take TRIGGER=DISTORTION or TIME");
+         "no element of this set is in an *EIGENFRACTURE: none can break and become "
+         "points; write one, or use TRIGGER=DISTORTION or TIME");
 }
 
 // creates the body of the converted elements of one section, empty at t = 0, and its bonds to the other
@@ -238,7 +238,7 @@ void check_cells(Deck& d, const Model& m, const ConversionDef& c)
            "the cells of the grid (" + text_number(h) +
                ") are more than three times as large as the "
                "smallest edge of these elements (" +
-               text_number(smallest) + "): the grid would hold a crack together; take smaller cells");
+               text_number(smallest) + "): the grid would couple the faces of a crack; use smaller cells");
 }
 
 void make_bodies(Deck& d, Model& m, ConversionDef& c)
@@ -248,7 +248,7 @@ void make_bodies(Deck& d, Model& m, ConversionDef& c)
   if (c.elset < 0) return;
   if (model_find_body(m, c.body_name) >= 0 && c.body_name != "CONVERTED")
     return refuse(d, "CONVERSION", c.place, c.body_name,
-                  "body " + c.body_name + " is defined already; take another name");
+                  "body " + c.body_name + " is defined already; choose another name");
   check_per_elem(d, m, c);
   check_trigger(d, m, c);
   check_cells(d, m, c);

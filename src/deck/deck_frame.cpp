@@ -28,10 +28,10 @@ void make_twin(Deck& d, Model& m, Frame& f)
 
 int frame_node(Deck& d, Model& m, int node)
 {
-  const auto known = d.frame_of.find(node);
-  if (known == d.frame_of.end()) return node;
-  if (m.frame[known->second].twin < 0) make_twin(d, m, m.frame[known->second]);
-  return m.frame[known->second].twin;
+  const auto found = d.frame_of.find(node);
+  if (found == d.frame_of.end()) return node;
+  if (m.frame[found->second].twin < 0) make_twin(d, m, m.frame[found->second]);
+  return m.frame[found->second].twin;
 }
 
 void frame_nodes(Deck& d, Model& m, IntVec& node)
@@ -54,6 +54,6 @@ void frame_resolve(Deck& d, Model& m)
   if (m.frame.empty() || m.conversion.empty()) return;
   d.word = "TRANSFORM";
   deck_error(d, deck_field(d, m.frame[0].place, "TRANSFORM"),
-             "*TRANSFORM does not go with *CONVERSION: points have no directions of their own; hold them by "
-             "*BOND, TYPE=GROUND, or leave *TRANSFORM out");
+             "*TRANSFORM cannot be combined with *CONVERSION: points have no local directions; fix them by "
+             "*BOND, TYPE=GROUND, or leave out *TRANSFORM");
 }

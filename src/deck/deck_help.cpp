@@ -15,7 +15,7 @@ namespace {
 std::vector<std::string> page_folders()
 {
   std::vector<std::string> folder;
-  if (const char* asked = std::getenv("MPFE_DOC")) folder.push_back(std::string(asked) + "/keywords/");
+  if (const char* doc = std::getenv("MPFE_DOC")) folder.push_back(std::string(doc) + "/keywords/");
   char path[PATH_MAX];
   const ssize_t n = readlink("/proc/self/exe", path, sizeof path);
   if (n > 0 && n < static_cast<ssize_t>(sizeof path)) {
@@ -42,9 +42,9 @@ bool print_page(const std::string& path, std::FILE* out)
 // ---------------------------------------------------------------------------
 // deck_help : prints the page of a keyword; without a page, its help line and parameters
 // ---------------------------------------------------------------------------
-bool deck_help(const std::string& asked, std::FILE* out)
+bool deck_help(const std::string& keyword, std::FILE* out)
 {
-  std::string word = asked.substr(!asked.empty() && asked[0] == '*');
+  std::string word = keyword.substr(!keyword.empty() && keyword[0] == '*');
   std::replace(word.begin(), word.end(), '_', ' ');
   const Keyword* k = keyword_find(word);
   if (!k) {
@@ -52,9 +52,10 @@ bool deck_help(const std::string& asked, std::FILE* out)
     for (int i = 0; i < keyword_count; ++i) valid.push_back(keyword_table[i].word);
     std::string upper = word;
     for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    const std::string near = text_nearest(upper, valid);
+    const std::string nearest = text_nearest(upper, valid);
     log_error("no keyword *%s%s", upper.c_str(),
-              near.empty() ? "; mpfe --list-keywords lists all" : ("; did you mean *" + near + "?").c_str());
+              nearest.empty() ? "; mpfe --list-keywords lists all"
+                              : ("; did you mean *" + nearest + "?").c_str());
     return false;
   }
   std::string name = k->word;

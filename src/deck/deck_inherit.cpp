@@ -70,13 +70,13 @@ void end_amplitude(const Model& m, double period, double time, double& factor, i
   amplitude = -1;
 }
 
-// keeps the items with fate(item) == KEEP; moves items with BY_RAMP to fading
-template <class Item, class Fate>
-void part(std::vector<Item>& item, std::vector<Item>& fading, Fate fate)
+// keeps the items with action(item) == KEEP; moves items with BY_RAMP to fading
+template <class Item, class Action>
+void split_items(std::vector<Item>& item, std::vector<Item>& fading, Action action)
 {
   std::size_t k = 0;
   for (const Item& x : item) {
-    const Replace r = fate(x);
+    const Replace r = action(x);
     if (r == KEEP) item[k++] = x;
     else if (r == BY_RAMP) fading.push_back(x);
   }
@@ -84,7 +84,7 @@ void part(std::vector<Item>& item, std::vector<Item>& fading, Fate fate)
 }
 
 // a load on a surface of a body is replaced where another loaded surface of the body overlaps it
-void part_surfaces(const Model& m, const Load& l, const Replaced& r, Load& kept, std::vector<Load>& out)
+void split_surfaces(const Model& m, const Load& l, const Replaced& r, Load& kept, std::vector<Load>& out)
 {
   for (const auto& other : r.surface[kind_of(l)]) {
     if (other.first == l.surface || m.surface[other.first].body != m.surface[l.surface].body) continue;
@@ -100,33 +100,33 @@ void part_surfaces(const Model& m, const Load& l, const Replaced& r, Load& kept,
 void inherit_load(const Model& m, const Load& l, const Replaced& r, bool removed, bool is_static,
              std::vector<Load>& kept, std::vector<Load>& fading)
 {
-  const auto fate = [&](Replace x) { return x == KEEP && removed ? BY_RAMP : x; };
+  const auto action = [&](Replace x) { return x == KEEP && removed ? BY_RAMP : x; };
   Load stay = l, leave = l;
   stay.ramp = RAMP_NONE;
-  std::vector<Load> gone;
+  std::vector<Load> leaving;
   if (l.kind == LOAD_BODY || on_body(m, l)) {
     const Replace now = l.kind == LOAD_BODY ? find(r.volume, l.key) : find(r.surface[kind_of(l)], l.surface);
-    const Replace x   = fate(now);
-    if (x == KEEP && on_body(m, l)) part_surfaces(m, l, r, stay, gone);
+    const Replace x   = action(now);
+    if (x == KEEP && on_body(m, l)) split_surfaces(m, l, r, stay, leaving);
     if (x == KEEP) kept.push_back(stay);
-    if (x == BY_RAMP) gone.push_back(leave);
+    if (x == BY_RAMP) leaving.push_back(leave);
   } else {
     leave.node.clear();
     leave.face.clear();
-    part(stay.node, leave.node, [&](int n) { return fate(find(r.dof, n * 3L + l.dof)); });
-    part(stay.face, leave.face, [&](const Face& f) { return fate(find(r.face, face_key(l, f))); });
+    split_items(stay.node, leave.node, [&](int n) { return action(find(r.dof, n * 3L + l.dof)); });
+    split_items(stay.face, leave.face, [&](const Face& f) { return action(find(r.face, face_key(l, f))); });
     if (stay.node.size() + stay.face.size() > 0) kept.push_back(stay);
-    if (leave.node.size() + leave.face.size() > 0) gone.push_back(leave);
+    if (leave.node.size() + leave.face.size() > 0) leaving.push_back(leave);
   }
   if (!is_static) return;
-  for (Load& g : gone) {
+  for (Load& g : leaving) {
     g.ramp = RAMP_OUT;
     fading.push_back(g);
   }
 }
 
 // two ascending lists have a common item
-bool meet(const IntVec& a, const IntVec& b)
+bool intersect(const IntVec& a, const IntVec& b)
 {
   IntVec both;
   std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both));
@@ -134,17 +134,17 @@ bool meet(const IntVec& a, const IntVec& b)
 }
 
 // warns of a volume load that adds to one of an earlier step on the same elements or bodies
-void warn_beside(Deck& d, const Step& s, const std::vector<Load>& kept)
+void warn_repeated(Deck& d, const Step& s, const std::vector<Load>& kept)
 {
   for (const Load& l : s.load)
     for (const Load& old : kept) {
       if (l.kind != LOAD_BODY || old.kind != LOAD_BODY || l.per_mass != old.per_mass) continue;
       if (!l.per_mass && l.dir != old.dir) continue;
-      if (!meet(l.body, old.body) && !meet(l.elem, old.elem)) continue;
+      if (!intersect(l.body, old.body) && !intersect(l.elem, old.elem)) continue;
       d.word = l.keyword;
-      deck_warn(d, deck_field(d, l.place, ""), "acts beside the load of " + old.place.file +
-                text_format(" line %d, which stays: a volume load is replaced ", old.place.line) +
-                "when target and direction are the same; OP=NEW removes all");
+      deck_warn(d, deck_field(d, l.place, ""), "adds to the load of " + old.place.file +
+                text_format(" line %d: a volume load is replaced only ", old.place.line) +
+                "by one with the same target and direction; OP=NEW removes all");
       break;
     }
 }
@@ -152,14 +152,15 @@ void warn_beside(Deck& d, const Step& s, const std::vector<Load>& kept)
 // warns of loads with the same target and direction in one step
 void warn_added(Deck& d, const Step& s)
 {
-  std::map<std::string, const Load*> said;
+  std::map<std::string, const Load*> loads;
   for (const Load& l : s.load) {
-    const auto first = said.emplace(l.key, &l);
+    const auto first = loads.emplace(l.key, &l);
     if (first.second) continue;
     d.word = l.keyword;
     const Place& at = first.first->second->place;
-    deck_warn(d, deck_field(d, l.place, ""), "adds to what " + at.file + text_format(" line %d", at.line) +
-              " says for the same target and direction in this step");
+    deck_warn(d, deck_field(d, l.place, ""),
+              "adds to the load of " + at.file + text_format(" line %d", at.line) +
+                  " with the same target and direction in this step");
   }
 }
 
@@ -208,7 +209,7 @@ void inherit_loads(Deck& d, Model& m)
       l.hold = time;
     }
     warn_added(d, s);
-    warn_beside(d, s, kept);
+    warn_repeated(d, s, kept);
     for (Load& l : s.load) l.ramp = ramps(s, l) ? RAMP_IN : RAMP_NONE;
     kept.insert(kept.end(), fading.begin(), fading.end());
     kept.insert(kept.end(), s.load.begin(), s.load.end());
@@ -249,8 +250,8 @@ void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::
     d.word = "BOUNDARY";
     deck_warn(
         d, deck_field(d, list[other].place, ""),
-        text_format("replaces what line %d says for node %d, direction %d in the same step; the last value "
-                    "holds",
+        text_format("replaces the value of line %d for node %d, direction %d in this step; the last value "
+                    "is used",
                     b.place.line, m.mesh.node_label[at], b.first + 1));
   }
   const auto empty = [](const Prescribed& b) { return b.node.empty(); };

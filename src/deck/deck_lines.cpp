@@ -45,7 +45,7 @@ void scan_quote(Scan& s, Field& f)
 {
   const std::size_t open = s.pos, close = s.raw.find('"', open + 1);
   if (!f.text.empty() || f.quoted)
-    deck_error(s.deck, field_at(s, open, 1), "a quote may only stand at the start of a field");
+    deck_error(s.deck, field_at(s, open, 1), "a quote is allowed only at the start of a field");
   if (close == std::string::npos)
     deck_error(s.deck, field_at(s, open, s.raw.size() - open), "the closing quote is missing in this line");
   const std::size_t end = close == std::string::npos ? s.raw.size() : close;
@@ -181,7 +181,7 @@ bool load_file(const std::string& path, DeckFile& f, std::string& reason)
   if (ec || !in.read(&f.text[0], static_cast<std::streamsize>(size)))
     return reason = "it cannot be read", false;
   if (f.text.find('\0') != std::string::npos)
-    return reason = "it is not a text file (it holds a zero byte)", false;
+    return reason = "it is not a text file (it contains a zero byte)", false;
   f.path = path;
   if (f.text.compare(0, 3, "\xEF\xBB\xBF") == 0) f.text.erase(0, 3);
   for (std::size_t i = 0; i < f.text.size(); ++i) {

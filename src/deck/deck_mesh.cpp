@@ -26,7 +26,7 @@ bool is_facet_set(const Deck& d, const std::string& name)
 }
 
 template <class Named>
-int target(Deck& d, const Field& at, const std::vector<Named>& list, const char* what, const char* keyword)
+int target(Deck& d, const Field& at, const std::vector<Named>& list, const char* kind, const char* keyword)
 {
   const std::string name = text_upper(at.text);
   for (std::size_t i = 0; i < list.size(); ++i)
@@ -39,21 +39,21 @@ int target(Deck& d, const Field& at, const std::vector<Named>& list, const char*
   if (std::string(keyword) == "ELSET" && is_facet_set(d, name)) {
     deck_error(d, at,
                "the elements of set " + name +
-                   " are of a lower dimension than the model (T3D2, ...): they make "
-                   "a node set and a surface of this name, and carry no stress, load or section");
+                   " are of a lower dimension than the model (T3D2, ...): they define "
+                   "a node set and a surface of this name, and have no stress, load or section");
     return -1;
   }
-  deck_error(d, at, std::string(what) + " " + text_show(at.text) + " is not defined (*" + keyword + ")" +
+  deck_error(d, at, std::string(kind) + " " + text_show(at.text) + " is not defined (*" + keyword + ")" +
              text_suggest(name, names_of(list)));
   return -1;
 }
 
-int index_of(Deck& d, const LabelIndex& index, const Field& at, int label, const char* what)
+int index_of(Deck& d, const LabelIndex& index, const Field& at, int label, const char* kind)
 {
   const int i = index.find(label);
   if (i < 0 && &index == &d.elem_index && d.absent_elem.count(label)) ++d.errors;
   else if (i < 0)
-    deck_error(d, at, text_format("%s %d is not defined; it must be read before it is used", what, label));
+    deck_error(d, at, text_format("%s %d is not defined; it must be defined before it is used", kind, label));
   return i;
 }
 
@@ -67,12 +67,12 @@ int set_of_one(std::vector<Set>& sets, const std::string& name, int item, const 
 }
 
 bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets,
-                  const LabelIndex& index, const char* what, const char* set, const char* keyword,
+                  const LabelIndex& index, const char* kind, const char* set, const char* keyword,
                   IntVec& item)
 {
   int label = 0;
   if (target_label(at.text, label)) {
-    const int i = index_of(d, index, at, label, what);
+    const int i = index_of(d, index, at, label, kind);
     if (i >= 0) item.push_back(i);
     return i >= 0;
   }

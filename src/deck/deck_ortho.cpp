@@ -8,7 +8,7 @@
 
 namespace {
 
-const int six_of[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+const int voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -17,7 +17,7 @@ double fastest_wave(const RealVec& D)
 {
   const int steps = 24;
   const double turn = 3.14159265358979323846 / steps;
-  double most = 0.0;
+  double largest = 0.0;
   for (int a = 0; a <= steps; ++a)
     for (int b = 0; b < steps; ++b) {
       const double n[3] = {std::sin(a * turn) * std::cos(b * turn), std::sin(a * turn) * std::sin(b * turn),
@@ -26,10 +26,10 @@ double fastest_wave(const RealVec& D)
       for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k)
           for (int j = 0; j < 3; ++j)
-            for (int l = 0; l < 3; ++l) Q(i, k) += n[j] * D[6 * six_of[i][j] + six_of[k][l]] * n[l];
-      most = std::max(most, Q.selfadjointView<Eigen::Lower>().eigenvalues()(2));
+            for (int l = 0; l < 3; ++l) Q(i, k) += n[j] * D[6 * voigt[i][j] + voigt[k][l]] * n[l];
+      largest = std::max(largest, Q.selfadjointView<Eigen::Lower>().eigenvalues()(2));
     }
-  return most;
+  return largest;
 }
 
 }  // namespace
@@ -44,8 +44,8 @@ bool ortho_matrix(const double* c, RealVec& D)
   S << 1.0 / c[0], -c[3] / c[0], -c[4] / c[0],
        -c[3] / c[0], 1.0 / c[1], -c[5] / c[1],
        -c[4] / c[0], -c[5] / c[1], 1.0 / c[2];
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> of(S);
-  if (of.eigenvalues()(0) <= 1e-9 * of.eigenvalues()(2)) return false;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(S);
+  if (eigen.eigenvalues()(0) <= 1e-9 * eigen.eigenvalues()(2)) return false;
   const Eigen::Matrix3d D3 = S.inverse();
   D.assign(36, 0.0);
   for (int i = 0; i < 3; ++i)

@@ -37,8 +37,8 @@ struct Flat {
   std::map<std::string, Instance> instance;
   Instance assembly;           // offsets for nodes and sets of the assembly (reference points)
   bool has_points = false;
-  int most_node = 0, most_elem = 0;                  // largest label so far
-  std::string told;            // instances and label offsets, for the listing
+  int max_node = 0, max_elem = 0;                    // largest label so far
+  std::string listing;         // instances and label offsets, for the listing
 };
 
 // ---- words of a line
@@ -104,14 +104,14 @@ bool has_flag(const std::string& line, const char* name)
 }
 
 // a number of *INSTANCE, or a coordinate moved by it; blank: 0
-double placed_number(Flat& f, const std::string& field)
+double instance_number(Flat& f, const std::string& field)
 {
   char* end = nullptr;
   const double value = std::strtod(field.c_str(), &end);
   if (*end != 0)
     f.fault.emplace_back(std::max<int>(1, f.out.size()) - 1,
-                         text_show(field) + " is no number; expressions stand in no *INSTANCE, nor in the "
-                                            "coordinates of one that is moved");
+                         text_show(field) + " is not a number; *INSTANCE has no expressions, nor have "
+                                            "coordinates of a moved instance");
   return value;
 }
 
@@ -123,15 +123,15 @@ std::string in_quotes(const std::string& name)
 }
 
 // a label with its offset, or the name of a set of the instance
-std::string shifted(const Instance& i, const std::string& field, int by)
+std::string shifted(const Instance& i, const std::string& field, int offset)
 {
   int label = 0;
   if (field.empty()) return field;
-  if (target_label(field, label)) return std::to_string(label + by);
+  if (target_label(field, label)) return std::to_string(label + offset);
   return i.name.empty() ? field : in_quotes(i.name + "." + value_of("=" + field));
 }
 
-void place_node(const Instance& i, double* x)
+void move_node(const Instance& i, double* x)
 {
   for (int k = 0; k < 3; ++k) x[k] += i.shift[k];
   double n[3], r[3], along = 0.0, size = 0.0;
@@ -155,8 +155,8 @@ std::string node_line(Flat& flat, const Instance& i, std::vector<std::string> f)
   double x[3] = {0, 0, 0};
   const bool moved = i.angle != 0.0 || i.shift[0] != 0.0 || i.shift[1] != 0.0 || i.shift[2] != 0.0;
   if (!moved) return joined(f);
-  for (std::size_t k = 1; k < std::min<std::size_t>(4, f.size()); ++k) x[k - 1] = placed_number(flat, f[k]);
-  place_node(i, x);
+  for (std::size_t k = 1; k < std::min<std::size_t>(4, f.size()); ++k) x[k - 1] = instance_number(flat, f[k]);
+  move_node(i, x);
   const bool space = f.size() > 3 || std::fabs(x[2]) > 1e-12 * (std::fabs(x[0]) + std::fabs(x[1]));
   std::string line = f[0];
   for (int k = 0; k < (space ? 3 : 2); ++k) line += text_format(", %.17g", x[k]);
@@ -191,7 +191,7 @@ std::string head_line(const Instance& i, const std::string& word, const std::str
   return joined(f);
 }
 
-bool of_part(const std::string& word)
+bool allowed_in_part(const std::string& word)
 {
   for (const char* w : {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "SOLID SECTION"})
     if (word == w) return true;
@@ -210,15 +210,15 @@ void add_instance(Flat& f, const Instance& i, const DeckPart& part)
       head = t;
       text = head_line(i, word, t);
       first = true;
-      if (!of_part(word))
+      if (!allowed_in_part(word))
         f.fault.emplace_back(f.out.size(),
                              "*" + word + " inside *PART is not available; write it after *END ASSEMBLY");
     } else if (is_data(t)) {
       text = data_line(f, i, word, head, first, t);
       int label = 0;
       if (first && target_label(fields_of(text)[0], label)) {
-        if (word == "NODE") f.most_node = std::max(f.most_node, label);
-        if (word == "ELEMENT") f.most_elem = std::max(f.most_elem, label);
+        if (word == "NODE") f.max_node = std::max(f.max_node, label);
+        if (word == "ELEMENT") f.max_elem = std::max(f.max_elem, label);
       }
       first = word != "ELEMENT" || t.back() != ',';
     }
@@ -227,11 +227,11 @@ void add_instance(Flat& f, const Instance& i, const DeckPart& part)
 }
 
 // label offset of the next instance: a power of ten above the largest label so far
-int above_all(int most)
+int label_offset(int largest)
 {
-  int by = most > 0 ? 10 : 0;
-  while (by > 0 && by <= most) by = by > 100000000 ? most + 1 : 10 * by;
-  return by;
+  int offset = largest > 0 ? 10 : 0;
+  while (offset > 0 && offset <= largest) offset = offset > 100000000 ? largest + 1 : 10 * offset;
+  return offset;
 }
 
 // ---- the file
@@ -242,14 +242,14 @@ void read_placement(Flat& flat, Instance& i, const std::vector<std::string>& dat
     std::vector<std::string> f = fields_of(data[row]);
     f.resize(7);
     for (int k = 0; k < 3; ++k) {
-      const double v = placed_number(flat, f[k]);
+      const double v = instance_number(flat, f[k]);
       if (row == 0) i.shift[k] = v;
       else {
         i.from[k] = v;
-        i.to[k]   = placed_number(flat, f[3 + k]);
+        i.to[k]   = instance_number(flat, f[3 + k]);
       }
     }
-    if (row == 1) i.angle = placed_number(flat, f[6]);
+    if (row == 1) i.angle = instance_number(flat, f[6]);
   }
 }
 
@@ -257,10 +257,10 @@ void begin_instance(Flat& f, const std::string& head, const std::vector<FlatLine
 {
   Instance i;
   i.name = param_of(head, "NAME");
-  i.node = above_all(f.most_node);
-  i.elem = above_all(f.most_elem);
-  const std::string of = param_of(head, "PART");
-  const auto part = f.part.find(of);
+  i.node = label_offset(f.max_node);
+  i.elem = label_offset(f.max_elem);
+  const std::string part_name = param_of(head, "PART");
+  const auto part = f.part.find(part_name);
   std::vector<std::string> data;
   for (const FlatLine& l : inside)
     if (is_data(trimmed(l.text))) data.push_back(trimmed(l.text));
@@ -269,8 +269,8 @@ void begin_instance(Flat& f, const std::string& head, const std::vector<FlatLine
     return;
   }
   read_placement(f, i, data);
-  f.told += (f.told.empty() ? "" : ", ") + i.name + " of *PART " + of +
-            (i.node || i.elem ? text_format(" (nodes + %d, elements + %d)", i.node, i.elem) : "");
+  f.listing += (f.listing.empty() ? "" : ", ") + i.name + " of *PART " + part_name +
+               (i.node || i.elem ? text_format(" (nodes + %d, elements + %d)", i.node, i.elem) : "");
   add_instance(f, i, part->second);
   f.instance[i.name] = i;
 }
@@ -280,35 +280,36 @@ void begin_points(Flat& f)
 {
   if (f.has_points) return;
   f.has_points    = true;
-  f.assembly.node = above_all(f.most_node);
-  if (f.assembly.node) f.told += text_format("%sreference points (nodes + %d)", f.told.empty() ? "" : ", ",
-                                             f.assembly.node);
+  f.assembly.node = label_offset(f.max_node);
+  if (f.assembly.node)
+    f.listing += text_format("%sreference points (nodes + %d)", f.listing.empty() ? "" : ", ",
+                             f.assembly.node);
 }
 
 // a line of the assembly: sets with labels of an instance, reference points
-void assembly_line(Flat& f, const FlatLine& l, std::string& head, const Instance*& of)
+void assembly_line(Flat& f, const FlatLine& l, std::string& head, const Instance*& active)
 {
   const std::string t = trimmed(l.text);
   if (is_keyword(t)) {
     const std::string name = param_of(t, "INSTANCE");
     const auto found = f.instance.find(name);
-    head = t;
-    of   = found == f.instance.end() ? nullptr : &found->second;
-    if (!name.empty() && !of)
+    head   = t;
+    active = found == f.instance.end() ? nullptr : &found->second;
+    if (!name.empty() && !active)
       f.fault.emplace_back(f.out.size(), "INSTANCE " + text_show(name) + " is not known");
     if (card_word_of(t) == "NODE") begin_points(f);
-    if (!of && f.has_points) of = &f.assembly;
+    if (!active && f.has_points) active = &f.assembly;
     std::vector<std::string> p = fields_of(t);
     const auto of_instance = [](const std::string& x) { return name_of(x) == "INSTANCE"; };
     p.erase(std::remove_if(p.begin(), p.end(), of_instance), p.end());
     f.out.push_back({name.empty() ? l.text : joined(p), l.origin});
     return;
   }
-  const bool set = of && is_data(t);
-  const std::string text = set ? data_line(f, *of, card_word_of(head), head, true, t) : l.text;
+  const bool set = active && is_data(t);
+  const std::string text = set ? data_line(f, *active, card_word_of(head), head, true, t) : l.text;
   int label = 0;
   if (set && card_word_of(head) == "NODE" && target_label(fields_of(text)[0], label))
-    f.most_node = std::max(f.most_node, label);
+    f.max_node = std::max(f.max_node, label);
   f.out.push_back({text, l.origin});
 }
 
@@ -340,7 +341,7 @@ std::string path_of_include(const std::string& folder, const std::string& head)
 }
 
 // tracks whether the keyword line opens or closes a part or an assembly
-void look_inside(const std::string& word, bool& part, bool& assembly)
+void track_blocks(const std::string& word, bool& part, bool& assembly)
 {
   if (word == "PART") part = true;
   if (word == "END PART") part = false;
@@ -353,17 +354,17 @@ void look_inside(const std::string& word, bool& part, bool& assembly)
 void add_lines(const std::string& folder, const std::vector<std::string>& text, int origin, int depth,
                bool& part, bool& assembly, std::vector<FlatLine>& all)
 {
-  bool goes_on = false;
+  bool continued = false;
   for (std::size_t k = 0; k < text.size(); ++k) {
     const int line      = origin > 0 ? origin : static_cast<int>(k) + 1;
     const std::string t = trimmed(text[k]);
-    if (goes_on && !t.empty() && t.compare(0, 2, "**") != 0) {
+    if (continued && !t.empty() && t.compare(0, 2, "**") != 0) {
       all.back().text += " " + t;
-      goes_on = t.back() == ',';
+      continued = t.back() == ',';
       continue;
     }
     const std::string word = is_keyword(t) ? card_word_of(t) : "";
-    look_inside(word, part, assembly);
+    track_blocks(word, part, assembly);
     if (word == "INCLUDE" && depth < 10) {
       const std::string path = path_of_include(folder, t);
       const std::vector<std::string> inner = lines_of_file(path);
@@ -374,7 +375,7 @@ void add_lines(const std::string& folder, const std::vector<std::string>& text, 
       }
     }
     all.push_back({text[k], line});
-    goes_on = (part || assembly) && !word.empty() && t.back() == ',';
+    continued = (part || assembly) && !word.empty() && t.back() == ',';
   }
 }
 
@@ -384,7 +385,7 @@ void flatten(const std::vector<FlatLine>& all, Flat& f)
   DeckPart* part = nullptr;
   std::string head;
   bool in_assembly = false;
-  const Instance* of = nullptr;
+  const Instance* active = nullptr;
   for (std::size_t k = 0; k < all.size(); ++k) {
     const FlatLine& l = all[k];
     const std::string t = trimmed(l.text), word = is_keyword(t) ? card_word_of(t) : "";
@@ -401,7 +402,7 @@ void flatten(const std::vector<FlatLine>& all, Flat& f)
       begin_instance(f, t, inside);
       continue;
     } else if (word != "END PART" && in_assembly) {
-      assembly_line(f, l, head, of);
+      assembly_line(f, l, head, active);
       continue;
     } else if (word != "END PART") {
       f.out.push_back(l);
@@ -448,5 +449,5 @@ void deck_flatten(Deck& d, int file)
     at.line = x.first + 1;
     deck_error(d, at, x.second);
   }
-  d.parts = flat.told;
+  d.parts = flat.listing;
 }

@@ -26,7 +26,7 @@ std::string other_keyword(const std::string& word)
 
 // Keywords that are ignored: output requests of Abaqus (here *VTK, *HISTORY and the keywords of CalculiX),
 // controls of another program, thermal properties
-bool changes_nothing(const std::string& word)
+bool is_ignored(const std::string& word)
 {
   for (const char* other : {"PREPRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT",
                             "ENERGY OUTPUT", "FILE FORMAT", "TIME POINTS", "MONITOR", "PRINT", "CONTROLS",
@@ -36,7 +36,7 @@ bool changes_nothing(const std::string& word)
 }
 
 // *OUTPUT (2), *PREPRINT
-std::string passed_over(const Deck& d)
+std::string ignored_text(const Deck& d)
 {
   std::string text;
   for (const auto& p : d.passed)
@@ -55,15 +55,15 @@ void skip_data(Deck& d)
 }
 
 // checks the parameters: unknown, repeated, missing. False: the card cannot be read.
-bool params_fit(Card& c)
+bool check_params(Card& c)
 {
   std::vector<std::string> valid;
   bool fit = true;
   for (std::string p : split_words(c.keyword->params)) {
-    const bool must = !p.empty() && p.back() == '!';
-    if (must) p.pop_back();
+    const bool required = !p.empty() && p.back() == '!';
+    if (required) p.pop_back();
     if (!p.empty()) valid.push_back(p);
-    if (!must || card_param(c, p.c_str())) continue;
+    if (!required || card_param(c, p.c_str())) continue;
     card_error(c, c.head.at, "parameter " + p + " is missing: write *" + c.head.word + ", " + p + "=...");
     fit = false;
   }
@@ -81,7 +81,7 @@ bool params_fit(Card& c)
 }
 
 // checks that the keyword is allowed here; closes the open material and interaction
-bool place_fits(Card& c, const Model& m)
+bool keyword_allowed(Card& c, const Model& m)
 {
   Deck& d = *c.deck;
   const int where = c.keyword->where;
@@ -99,11 +99,11 @@ bool place_fits(Card& c, const Model& m)
   if (where & here) return true;
   if (d.in_step)
     card_error(c, c.head.at,
-               word + " must not stand inside a step (opened in " +
+               word + " is not allowed inside a step (opened in " +
                    spot_text(d, Spot{d.step_at.file, d.step_at.line}) + ")");
   else if (where == IN_STEP)
-    card_error(c, c.head.at, word + " must stand inside a step, between *STEP and *END STEP");
-  else card_error(c, c.head.at, word + " must stand before the first *STEP");
+    card_error(c, c.head.at, word + " is allowed only inside a step, between *STEP and *END STEP");
+  else card_error(c, c.head.at, word + " must precede the first *STEP");
   return false;
 }
 
@@ -111,10 +111,10 @@ bool place_fits(Card& c, const Model& m)
 // and of solution control are left out, and the limit of increments
 void hash_card(Deck& d, const Card& c)
 {
-  const std::vector<std::string> free = split_words(
+  const std::vector<std::string> excluded = split_words(
       "CONTACT FILE|CONTACT PRINT|EL FILE|EL PRINT|FRAGMENTS|HEADING|NEWTON|"
       "NODE FILE|NODE PRINT|RESTART|SOLVER|VTK");
-  d.hashing = std::find(free.begin(), free.end(), c.head.word) == free.end();
+  d.hashing = std::find(excluded.begin(), excluded.end(), c.head.word) == excluded.end();
   if (!d.hashing) return;
   deck_hash(d, c.head.word);
   for (const HeadParam& p : c.head.param)
@@ -134,24 +134,24 @@ void read_card(Deck& d, Model& m)
   d.word.clear();
   deck_head(d, c.head);
   c.keyword = keyword_find(c.head.word);
-  if (!c.keyword && changes_nothing(c.head.word)) {
+  if (!c.keyword && is_ignored(c.head.word)) {
     ++d.passed[c.head.word];
     d.hashing = false;         // not part of the hash
     return skip_data(d);
   }
   if (!c.keyword) {
-    const std::string near = text_nearest(c.head.word, keyword_words());
+    const std::string nearest = text_nearest(c.head.word, keyword_words());
     const std::string remedy = other_keyword(c.head.word);
     deck_error(d, c.head.at, "keyword *" + text_show(c.head.word) + " is not known" +
-               (!remedy.empty() ? remedy
-                : near.empty()  ? "; mpfe --list-keywords lists all"
-                                : "; did you mean *" + near + "?"));
+               (!remedy.empty()   ? remedy
+                : nearest.empty() ? "; mpfe --list-keywords lists all"
+                                  : "; did you mean *" + nearest + "?"));
     return skip_data(d);
   }
   d.word = c.head.word = c.keyword->word;
   hash_card(d, c);
-  const bool place = place_fits(c, m), params = params_fit(c);
-  if (!place || !params) return skip_data(d);
+  const bool allowed = keyword_allowed(c, m), params = check_params(c);
+  if (!allowed || !params) return skip_data(d);
   c.keyword->read(c, m);
   card_end(c);
 }
@@ -198,7 +198,7 @@ void warn_unused_defines(Deck& d)
   at.line = 1;
   d.word = "PARAMETER";
   for (const auto& def : d.define)
-    if (!d.used.count(def.first)) deck_warn(d, at, "-D " + def.first + " is used nowhere in this deck");
+    if (!d.used.count(def.first)) deck_warn(d, at, "-D " + def.first + " is not used in this deck");
 }
 
 void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std::string, double>>& defines,
@@ -208,7 +208,7 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   m.dim = deck_dimension(path);
   set_defines(d, defines);
   read_cards(d, m);
-  absent_tell(d);
+  absent_report(d);
   deck_run_later(d, m, STAGE_STEP);
   deck_resolve(d, m);
   deck_run_later(d, m, STAGE_END);
@@ -220,7 +220,7 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   hash_parameters(d);
   m.param  = d.param;
   m.hash   = d.hash;
-  m.notes.passed = passed_over(d);
+  m.notes.passed = ignored_text(d);
 }
 
 }  // namespace

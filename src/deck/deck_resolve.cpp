@@ -12,15 +12,15 @@ void give_sections(Deck& d, Model& m)
     const Section& s = m.section[i];
     if (s.material >= 0) m.material[s.material].used = true;
     if (s.elset < 0) continue;
-    bool told = false;
+    bool reported = false;
     for (int e : m.elset[s.elset].item) {
       int& section = m.mesh.elem_section[e];
-      if (section >= 0 && !told) {
+      if (section >= 0 && !reported) {
         deck_error(d, deck_field(d, s.place, m.elset[s.elset].name),
                    text_format("element %d has a section already, in ", m.mesh.elem_label[e]) +
                        m.section[section].place.file +
                        text_format(" line %d; an element has one section", m.section[section].place.line));
-        told = true;
+        reported = true;
       }
       section = static_cast<int>(i);
     }
@@ -83,7 +83,7 @@ void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
     if (hit[b] < m.elset[m.body[b].elset].item.size())
       deck_error(d, deck_field(d, l.place, ""),
                  "the load acts on a part of body " + m.body[b].name +
-                     "; name the body, loads act on whole bodies");
+                     ", but loads act on whole bodies; name the body");
     if (std::find(l.body.begin(), l.body.end(), static_cast<int>(b)) == l.body.end())
       l.body.push_back(static_cast<int>(b));
   }
@@ -92,12 +92,12 @@ void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
 
 // Default scheme: Newmark conserves energy in linear problems only, so nonlinear ones take energy-momentum.
 // The energy balance is checked in dynamic steps; in static ones on request.
-void settle_scheme(Deck& d, const Model& m, Step& s)
+void default_scheme(Deck& d, const Model& m, Step& s)
 {
   if (s.proc != PROC_DYNAMIC) return;
   if (s.scheme == SCHEME_HHT && (!m.body.empty() || !m.conversion.empty()))
     deck_error(d, deck_field(d, s.place, ""),
-               "SCHEME=HHT (ALPHA) is for finite elements; with material points take SCHEME=ENERGY-MOMENTUM, "
+               "SCHEME=HHT (ALPHA) is not available with material points; use SCHEME=ENERGY-MOMENTUM, "
                "DISSIPATION=0 ... 0.5");
   bool nonlinear = s.nlgeom || !m.body.empty() || !m.fracture.empty() || !m.conversion.empty();
   for (const BondDef& b : m.bond) nonlinear = nonlinear || b.kind == BOND_CONTACT;
@@ -108,7 +108,7 @@ void settle_scheme(Deck& d, const Model& m, Step& s)
 
 // Default bulk viscosity: on where materials have a strength, as spurious oscillations behind a wave front
 // would exceed it. Test: C5 (strength/spall.inp)
-void settle_bulk(const Model& m, Step& s)
+void default_bulk(const Model& m, Step& s)
 {
   if (s.bulk_linear != NOT_GIVEN) return;
   const bool strength = std::any_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& f) {
@@ -120,11 +120,11 @@ void settle_bulk(const Model& m, Step& s)
 
 // Default largest increment of dynamics: with the half-increment residual a hundredth of the step, as in
 // Abaqus. Not with fracture, which is tested once an increment and not limited by the residual.
-void settle_dt_max(const Model& m, Step& s)
+void default_dt_max(const Model& m, Step& s)
 {
   if (s.proc != PROC_DYNAMIC || s.dt_max > 0.0 || s.explicit_steps()) return;
-  const bool watched = s.half_force > 0.0 || s.half_part > 0.0;
-  s.dt_max = watched && m.fracture.empty() ? std::max(s.dt, 0.01 * s.period) : s.dt;
+  const bool limited = s.half_force > 0.0 || s.half_part > 0.0;
+  s.dt_max = limited && m.fracture.empty() ? std::max(s.dt, 0.01 * s.period) : s.dt;
 }
 
 }  // namespace
@@ -143,9 +143,9 @@ void deck_resolve(Deck& d, Model& m)
   const IntVec body = body_of_elements(m);
   for (Step& s : m.step) {
     d.word = "DYNAMIC";
-    settle_scheme(d, m, s);
-    settle_bulk(m, s);
-    settle_dt_max(m, s);
+    default_scheme(d, m, s);
+    default_bulk(m, s);
+    default_dt_max(m, s);
     d.word = "DLOAD";
     for (Load& l : s.load)
       if (l.kind == LOAD_BODY) move_to_bodies(d, m, body, l);

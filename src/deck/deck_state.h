@@ -98,7 +98,7 @@ struct CouplingDef {           // *COUPLING, *RIGID BODY, imposed by equations (
   Field ref_at;
   int ref = -1, turn = -1;     // reference node; node without elements whose displacements are its rotation
   int surface = -1, elset = -1;
-  bool held[6] = {true, true, true, true, true, true};   // coupled directions
+  bool coupled[6] = {true, true, true, true, true, true};  // directions
   Place place;
 };
 
@@ -235,7 +235,7 @@ void facet_add(Deck& d, int label, const Facet& f);
 // facet_set_merge : adds facets to the set of this name, and their nodes to the node set
 void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place);
 void facet_surfaces(Deck& d, Model& m);                    // once the mesh is complete (deck_facet.cpp)
-void absent_tell(Deck& d);                     // reports unavailable types (deck_facet.cpp)
+void absent_report(Deck& d);                   // reports unavailable types (deck_facet.cpp)
 bool target_label(const std::string& text, int& label);
 bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node);     // node set or label
 bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem);     // element set or label

@@ -12,8 +12,8 @@ namespace {
 
 // default POSITION TOLERANCE, relative to the mean size of the master faces; tolerance of points inside the
 // faces, relative to that of nodes
-const double TOLERANCE = 0.05, INSIDE = 2.0;
-const int NAMED = 5;           // nodes listed in a warning
+const double TOLERANCE = 0.05, INSIDE_FACTOR = 2.0;
+const int MAX_LISTED = 5;      // nodes listed in a warning
 
 void fault(Deck& d, const TieDef& t, const std::string& text)
 {
@@ -21,7 +21,7 @@ void fault(Deck& d, const TieDef& t, const std::string& text)
   deck_error(d, deck_field(d, t.place, ""), text);
 }
 
-void doubt(Deck& d, const TieDef& t, const std::string& text)
+void warn(Deck& d, const TieDef& t, const std::string& text)
 {
   d.word = "TIE";
   deck_warn(d, deck_field(d, t.place, ""), text);
@@ -35,8 +35,8 @@ std::vector<MortarFace> faces_of(Deck& d, const Model& m, const TieDef& t, int s
   if (s.body >= 0) {
     fault(d, t,
           "surface " + s.name +
-              " is the boundary of a body of material points, which has no nodes that a tie "
-              "could hold; tie elements to points by *BOND");
+              " is the boundary of a body of material points, which has no nodes "
+              "to tie; tie elements to points by *BOND");
     return out;
   }
   for (const Face& f : s.face) {
@@ -46,7 +46,7 @@ std::vector<MortarFace> faces_of(Deck& d, const Model& m, const TieDef& t, int s
       fault(d, t,
             text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + s.name + " is a " +
                 elem_table[type].name +
-                ": faces of quadratic elements cannot be tied; take linear elements there, "
+                ": faces of quadratic elements cannot be tied; use linear elements there, "
                 "or meshes that share their nodes");
       return {};
     }
@@ -64,19 +64,19 @@ IntVec nodes_of(const std::vector<MortarFace>& face)
   return IntVec(node.begin(), node.end());
 }
 
-std::string named(const Model& m, const IntVec& node)
+std::string listed(const Model& m, const IntVec& node)
 {
   std::string text;
-  for (std::size_t k = 0; k < node.size() && k < NAMED; ++k)
+  for (std::size_t k = 0; k < node.size() && k < MAX_LISTED; ++k)
     text += (k ? ", " : "") + std::to_string(m.mesh.node_label[node[k]]);
-  return text + (node.size() > NAMED ? ", ..." : "");
+  return text + (node.size() > MAX_LISTED ? ", ..." : "");
 }
 
 // A tie with the equations of its nodes, before supports are considered
 struct Tied {
   std::vector<MortarRow> row;                        // equations of the tied nodes
   std::map<int, int> row_of;                         // node -> row
-  std::map<int, std::set<int>> beside;               // node -> tied nodes on its slave faces
+  std::map<int, std::set<int>> adjacent;             // node -> tied nodes on its slave faces
   std::set<int> common;                              // tied nodes that belong to both surfaces
   double gap = 0.0;                                  // largest distance of a tied node
   int nodes = 0;                                     // of the slave surface
@@ -92,7 +92,7 @@ Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<Mort
   const double tolerance = t.tolerance > 0.0 ? t.tolerance : TOLERANCE * size;
   const IntVec node = nodes_of(slave), other = nodes_of(master);
   const RealVec distance = mortar_distances(X, node, master, 2.0 * tolerance);
-  const std::vector<MortarRow> row = mortar_rows(X, slave, master, INSIDE * tolerance);
+  const std::vector<MortarRow> row = mortar_rows(X, slave, master, INSIDE_FACTOR * tolerance);
   std::map<int, const MortarRow*> row_of;
   for (const MortarRow& r : row) row_of[r.node] = &r;
   IntVec free;
@@ -111,20 +111,20 @@ Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<Mort
   for (const MortarFace& f : slave)
     for (int a = 0; a < f.n; ++a)
       for (int b = 0; b < f.n; ++b)
-        if (a != b && out.row_of.count(f.node[b])) out.beside[f.node[a]].insert(f.node[b]);
+        if (a != b && out.row_of.count(f.node[b])) out.adjacent[f.node[a]].insert(f.node[b]);
   if (out.row.size() == out.common.size())
     fault(d, t,
-          text_format("no node of the slave surface lies within %.4g of a master face that faces it; look at "
-                      "the two surfaces, and at POSITION TOLERANCE",
+          text_format("no node of the slave surface lies within %.4g of an opposite master face; check "
+                      "the two surfaces and POSITION TOLERANCE",
                       tolerance));
   else if (!free.empty())
-    doubt(d, t,
-          text_format("%zu of %zu slave nodes are not tied, since no master face that faces them lies within "
-                      "%.4g: ",
-                      free.size(), node.size(), tolerance) +
-              named(m, free) +
-              "; a larger POSITION TOLERANCE ties them, or exchange the surfaces where the slave is the "
-              "larger one");
+    warn(d, t,
+         text_format("%zu of %zu slave nodes are not tied, as no opposite master face lies within "
+                     "%.4g: ",
+                     free.size(), node.size(), tolerance) +
+             listed(m, free) +
+             "; increase POSITION TOLERANCE, or exchange slave and master if the slave surface is the "
+             "larger one");
   return out;
 }
 
@@ -139,9 +139,9 @@ double adjust(Model& m, const Tied& t)
     for (int i = 0; i < 3; ++i) {
       double x = 0.0;
       for (const auto& q : r.master) x += q.second * m.mesh.X[3 * static_cast<std::size_t>(q.first) + i];
-      double& own = X[3 * static_cast<std::size_t>(r.node) + i];
-      moved += (x - own) * (x - own);
-      own = x;
+      double& x_node = X[3 * static_cast<std::size_t>(r.node) + i];
+      moved += (x - x_node) * (x - x_node);
+      x_node = x;
     }
     largest = std::max(largest, std::sqrt(moved));
   }
@@ -152,19 +152,19 @@ double adjust(Model& m, const Tied& t)
 // ---- equations of a step
 
 // nearest tied nodes that are free in direction i, searched in rings of slave faces
-IntVec takers(const Tied& t, const DofSet& held, int node, int i)
+IntVec free_neighbours(const Tied& t, const DofSet& fixed, int node, int i)
 {
   std::set<int> seen{node}, ring{node};
   while (!ring.empty()) {
     std::set<int> next;
     IntVec out;
     for (int n : ring) {
-      const auto beside = t.beside.find(n);
-      if (beside == t.beside.end()) continue;
-      for (int b : beside->second)
+      const auto adjacent = t.adjacent.find(n);
+      if (adjacent == t.adjacent.end()) continue;
+      for (int b : adjacent->second)
         if (seen.insert(b).second) {
           next.insert(b);
-          if (!held.count({b, i})) out.push_back(b);
+          if (!fixed.count({b, i})) out.push_back(b);
         }
     }
     if (!out.empty()) return out;
@@ -173,8 +173,8 @@ IntVec takers(const Tied& t, const DofSet& held, int node, int i)
   return {};
 }
 
-// D u_s + sum over held h of part D_h u_h = sum of (D c_sm + part D_h c_hm) u_m                       (5.11)
-std::vector<Equation> equations_of(const Tied& t, const DofSet& held, int dim, const Place& place)
+// D u_s + sum over fixed h of part D_h u_h = sum of (D c_sm + part D_h c_hm) u_m                       (5.11)
+std::vector<Equation> equations_of(const Tied& t, const DofSet& fixed, int dim, const Place& place)
 {
   std::vector<Equation> out;
   for (int i = 0; i < dim; ++i) {
@@ -184,22 +184,22 @@ std::vector<Equation> equations_of(const Tied& t, const DofSet& held, int dim, c
       for (const auto& q : r.master) sum[to][q.first] -= part * r.area * q.second;
     };
     for (std::size_t k = 0; k < t.row.size(); ++k) {
-      if (!held.count({t.row[k].node, i})) {
+      if (!fixed.count({t.row[k].node, i})) {
         add(static_cast<int>(k), t.row[k], 1.0);
         continue;
       }
-      const IntVec to = takers(t, held, t.row[k].node, i);
+      const IntVec to = free_neighbours(t, fixed, t.row[k].node, i);
       for (int n : to) add(t.row_of.at(n), t.row[k], 1.0 / static_cast<double>(to.size()));
     }
     for (std::size_t k = 0; k < t.row.size(); ++k) {
-      if (held.count({t.row[k].node, i})) continue;
+      if (fixed.count({t.row[k].node, i})) continue;
       Equation e;
       e.place = place;
       e.of    = EQUATION_TIE;
-      const double own = sum[k][t.row[k].node];
+      const double diagonal = sum[k][t.row[k].node];
       e.term.push_back({t.row[k].node, i, 1.0});
       for (const auto& q : sum[k])
-        if (q.first != t.row[k].node && q.second != 0.0) e.term.push_back({q.first, i, q.second / own});
+        if (q.first != t.row[k].node && q.second != 0.0) e.term.push_back({q.first, i, q.second / diagonal});
       out.push_back(e);
     }
   }
@@ -211,20 +211,20 @@ void add_equations(Model& m, const TieDef& def, const Tied& t)
 {
   std::map<DofSet, IntVec> made;
   for (Step& s : m.step) {
-    DofSet held;
+    DofSet fixed;
     for (const auto& dof : equation_given(m, s))
-      if (t.row_of.count(dof.first)) held.insert(dof);
+      if (t.row_of.count(dof.first)) fixed.insert(dof);
     for (int n : t.common)
-      for (int i = 0; i < m.dim; ++i) held.insert({n, i});
-    const auto known = made.find(held);
-    if (known == made.end()) {
-      IntVec& list = made[held];
-      for (Equation& e : equations_of(t, held, m.dim, def.place)) {
+      for (int i = 0; i < m.dim; ++i) fixed.insert({n, i});
+    const auto same = made.find(fixed);
+    if (same == made.end()) {
+      IntVec& list = made[fixed];
+      for (Equation& e : equations_of(t, fixed, m.dim, def.place)) {
         list.push_back(static_cast<int>(m.equation.size()));
         m.equation.push_back(std::move(e));
       }
     }
-    const IntVec& list = made[held];
+    const IntVec& list = made[fixed];
     s.equation.insert(s.equation.end(), list.begin(), list.end());
   }
 }
@@ -252,19 +252,19 @@ void tie(Deck& d, Model& m, const TieDef& def)
     if (f.twin >= 0 && t.row_of.count(f.node))
       return fault(
           d, def,
-          text_format("slave node %d has directions of its own (*TRANSFORM), and is supported or loaded in "
+          text_format("slave node %d has local directions (*TRANSFORM), and is supported or loaded in "
                       "them; exchange slave and master surface",
                       m.mesh.node_label[f.node]));
   const double moved = def.adjust ? adjust(m, t) : 0.0;
   const double size = mortar_size(m.dim, m.mesh.X, slave);
-  bool turns = false;
-  for (const Step& s : m.step) turns = turns || s.nlgeom;
-  if (!def.adjust && turns && t.gap > 1e-6 * size)
-    doubt(d, def,
-          text_format(
-              "tied nodes are up to %.3g away from their faces and stay there (ADJUST=NO): turned by an "
-              "angle, they are strained by up to this angle times %.3g; ADJUST=YES moves them",
-              t.gap, t.gap / size));
+  bool nlgeom = false;
+  for (const Step& s : m.step) nlgeom = nlgeom || s.nlgeom;
+  if (!def.adjust && nlgeom && t.gap > 1e-6 * size)
+    warn(d, def,
+         text_format(
+             "tied nodes are up to %.3g away from their master faces (ADJUST=NO): a rotation strains "
+             "them by up to its angle times %.3g; ADJUST=YES moves them onto the faces",
+             t.gap, t.gap / size));
   add_equations(m, def, t);
   exclude(m, def);
   m.notes.tied.push_back(text_format("TIE  %s: %zu of %d slave nodes are tied, %.3g or less from their faces",

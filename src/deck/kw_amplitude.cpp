@@ -17,8 +17,8 @@ void read_table(Card& card, Amplitude& a)
       const bool jumps = n > 0 && t == a.t.back() && a.kind == AMP_TABULAR && (n < 2 || a.t[n - 2] < t);
       if (n > 0 && t <= a.t.back() && !jumps) {
         card_error(card, at,
-                   "times must ascend: " + text_number(t) + " comes after " + text_number(a.t.back()) +
-                       (t == a.t.back() ? "; two points at one time are a jump of DEFINITION=TABULAR" : ""));
+                   "times must increase: " + text_number(t) + " follows " + text_number(a.t.back()) +
+                       (t == a.t.back() ? "; a jump (two points at one time) needs TABULAR" : ""));
         break;
       }
       a.t.push_back(t);
@@ -43,7 +43,7 @@ void kw_amplitude(Card& card, Model& model)
   if (a.kind == AMP_EXPRESSION) {
     for (const char* shift : {"SHIFTX", "SHIFTY"})
       if (const HeadParam* const p = card_param(card, shift))
-        card_error(card, p->value, std::string(shift) + " shifts a table; a function of t has it in itself");
+        card_error(card, p->value, std::string(shift) + " is for tables; write the shift into the function");
     const Field f = card_field(card, "function of t in double quotes");
     if (card_good(card) && !f.quoted)
       card_error(card, f,

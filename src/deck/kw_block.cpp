@@ -32,7 +32,7 @@ bool read_lines(Card& card, Block& b)
 
 // coordinates of node i, j, k, mapped; also between nodes
 template <class Number>
-void place(const Block& b, const Number at[3], double x[3])
+void node_position(const Block& b, const Number at[3], double x[3])
 {
   double X[3] = {0, 0, 0};
   for (int i = 0; i < b.dim; ++i) X[i] = b.lo[i] + (b.hi[i] - b.lo[i]) * at[i] / b.n[i];
@@ -57,7 +57,7 @@ bool make_nodes(Card& card, Model& model, const Block& b, Part& p)
     for (at[1] = 0; at[1] <= b.n[1]; ++at[1])
       for (at[0] = 0; at[0] <= b.n[0]; ++at[0]) {
         double x[3];
-        place(b, at, x);
+        node_position(b, at, x);
         if (part_node(card, model, x, sides_of(b, at), p)) continue;
         card_error(card, card.head.at,
                    text_format("%s no finite value at column %d, row %d",
@@ -78,7 +78,7 @@ void make_elems(Card& card, Model& model, const Block& b, Part& p)
     if (b.straight) return;
     const double at[3] = {0.5 * (c % row + e % row), 0.5 * (c % layer / row + e % layer / row),
                           0.5 * (c / layer + e / layer)};
-    place(b, at, x);
+    node_position(b, at, x);
   };
   for (int k = 0; k < (b.dim == 3 ? b.n[2] : 1); ++k)
     for (int j = 0; j < b.n[1]; ++j)

@@ -8,16 +8,16 @@ void check_params(Card& card, const BondDef& b)
   const HeadParam* const body = card_param(card, "BODY");
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
     card_error(card, card_param(card, "ALPHA")->key,
-               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
+               "the penalty is given twice: use PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
   if (!ground && !body)
     card_error(card, card.head.at,
                "BODY=name is missing: the body of material points on the other side (or TYPE=GROUND)");
   if (ground && body)
     card_error(card, body->key,
-               "BODY does not go with TYPE=GROUND; a surface of a body is *SURFACE, TYPE=BODY");
+               "BODY cannot be combined with TYPE=GROUND; a surface of a body is *SURFACE, TYPE=BODY");
   for (const char* name : {"NORMAL", "DOF", "AMPLITUDE"})
     if (!ground && card_param(card, name))
-      card_error(card, card_param(card, name)->key, std::string(name) + " goes with TYPE=GROUND only");
+      card_error(card, card_param(card, name)->key, std::string(name) + " requires TYPE=GROUND");
   if (card_param(card, "NORMAL") && card_param(card, "DOF"))
     card_error(card, card_param(card, "DOF")->key, "NORMAL and DOF exclude each other");
 }
@@ -74,7 +74,7 @@ void kw_bond(Card& card, Model& model)
     const int s = m.bond[i].surface;
     if (b.kind == BOND_MESH_GRID && s >= 0 && m.surface[s].body >= 0)
       deck_error(d, surface,
-                 "a bond to a body starts from a surface of finite elements; " + m.surface[s].name +
+                 "a bond to a body requires a surface of finite elements; " + m.surface[s].name +
                      " is the boundary of a body");
   });
 }

@@ -42,17 +42,17 @@ bool read_line(Card& card, const Model& model, Line& line)
 
 // removes directions without dofs from a line (3 in the plane, rotations), which may only be 0.
 // False: no direction is left
-bool leave_out_foreign(Deck& d, const Model& m, Line& line)
+bool drop_missing_directions(Deck& d, const Model& m, Line& line)
 {
   if (line.last < m.dim) return true;
   const int first = std::max(line.first, m.dim);
-  const char* const why  = first < 3 ? "does not exist in a plane model"
-                                     : "is a rotation, which solid elements do not have";
-  const std::string what = text_format("direction %d %s", first + 1, why);
+  const char* const reason = first < 3 ? "does not exist in a plane model"
+                                       : "is a rotation, which solid elements do not have";
+  const std::string text   = text_format("direction %d %s", first + 1, reason);
   if (!line.value.is_const() || line.value.value != 0.0)
-    deck_error(d, line.whole, what + "; it can only be held at 0");
+    deck_error(d, line.whole, text + "; only 0 can be prescribed");
   line.last = m.dim - 1;
-  if (line.first > line.last) deck_warn(d, line.whole, what + "; the line has no effect");
+  if (line.first > line.last) deck_warn(d, line.whole, text + "; the line has no effect");
   return line.first <= line.last;
 }
 
@@ -66,7 +66,7 @@ void prescribe(Deck& d, Model& m, Prescribed b, int first, int last)
 
 // prescribes rotations of reference nodes (*COUPLING, *RIGID BODY) at their rotation nodes; true: all nodes
 // of the line are reference nodes with prescribed rotation
-bool prescribe_turns(Deck& d, Model& m, const Line& line, const Prescribed& b)
+bool prescribe_rotations(Deck& d, Model& m, const Line& line, const Prescribed& b)
 {
   if (d.coupling.empty() || (line.last < 3 && !line.all)) return false;
   Prescribed turn = b;
@@ -82,7 +82,7 @@ bool prescribe_turns(Deck& d, Model& m, const Line& line, const Prescribed& b)
   return turn.node.size() == b.node.size();
 }
 
-void apply(Deck& d, Model& m, Line line, int amplitude, bool velocity)
+void add_support(Deck& d, Model& m, Line line, int amplitude, bool velocity)
 {
   Prescribed b;
   if (!target_nodes(d, m, line.target, b.node)) return;
@@ -90,8 +90,8 @@ void apply(Deck& d, Model& m, Line line, int amplitude, bool velocity)
   b.velocity  = velocity;
   b.amplitude = amplitude;
   b.place = deck_place(d, line.target);
-  if (prescribe_turns(d, m, line, b)) line.last = std::min(line.last, m.dim - 1);
-  else if (!leave_out_foreign(d, m, line)) return;
+  if (prescribe_rotations(d, m, line, b)) line.last = std::min(line.last, m.dim - 1);
+  else if (!drop_missing_directions(d, m, line)) return;
   frame_nodes(d, m, b.node);
   prescribe(d, m, b, line.first, line.last);
 }
@@ -108,15 +108,15 @@ void kw_boundary(Card& card, Model& model)
   const Field name = card_param_field(card, "AMPLITUDE");
   const int amplitude = d.in_step ? card_param_amplitude(card, model) : -1;
   if (!d.in_step && card_param(card, "TIME DELAY"))
-    card_error(card, card_param(card, "TIME DELAY")->value, "TIME DELAY stands in a step");
+    card_error(card, card_param(card, "TIME DELAY")->value, "TIME DELAY is allowed only in a step");
   const bool velocity = card_param_word(card, "TYPE", "DISPLACEMENT|VELOCITY", 0) == 1;
   if (card_op_new(card) && d.in_step) d.removes.back().boundary = true;
   while (card_line(card)) {
     Line line;
     if (!read_line(card, model, line)) continue;
-    if (d.in_step) apply(d, model, line, amplitude, velocity);
+    if (d.in_step) add_support(d, model, line, amplitude, velocity);
     else card_later(card, STAGE_STEP, [=](Deck& deck, Model& m) {
-      apply(deck, m, line, name.empty() ? -1 : target_amplitude(deck, m, name), velocity);
+      add_support(deck, m, line, name.empty() ? -1 : target_amplitude(deck, m, name), velocity);
     });
   }
 }

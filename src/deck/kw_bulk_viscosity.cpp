@@ -9,6 +9,6 @@ void kw_bulk_viscosity(Card& card, Model& model)
   s.bulk_quadratic = card_real_or(card, "quadratic coefficient b2", BULK_QUADRATIC, at_least(0.0));
   card_end(card);
   if (!s.explicit_steps())
-    card_error(card, card.head.at, "*BULK VISCOSITY belongs to explicit steps: it stands after *DYNAMIC, "
-                                   "EXPLICIT; BETA of *DAMPING damps in implicit steps as well");
+    card_error(card, card.head.at, "*BULK VISCOSITY requires an explicit step: write it after *DYNAMIC, "
+                                   "EXPLICIT; in implicit steps use BETA of *DAMPING");
 }

@@ -42,7 +42,7 @@ void read_field(Card& card, const Model& model, Check c, std::vector<std::pair<C
 }
 
 // adds a check; its column must be built in or defined by *HISTORY
-void settle(Deck& d, Model& m, Check c, const Field& at)
+void add_check(Deck& d, Model& m, Check c, const Field& at)
 {
   if (c.kind == CHECK_FIELD || column_built_in(c.column, c.column)) {
     m.output.check.push_back(c);
@@ -90,7 +90,7 @@ void kw_check(Card& card, Model& model)
   c.centre = card_flag(card, "CENTRE");
   c.scale = card_param_real(card, "SCALE", 0.0, above(0.0));
   if (card_param(card, "SCALE") && type == 0)
-    card_error(card, card_param(card, "SCALE")->key, "SCALE goes with TYPE=FIELD only");
+    card_error(card, card_param(card, "SCALE")->key, "SCALE requires TYPE=FIELD");
   std::vector<std::pair<Check, Field>> list;
   int lines = 0;
   while (type >= 0 && card_line(card)) {
@@ -100,7 +100,7 @@ void kw_check(Card& card, Model& model)
     else read_history(card, c, list);
   }
   if (type >= 0 && lines == 0)
-    card_error(card, card.head.at, "a data line must follow: what is checked, target, tolerance");
+    card_error(card, card.head.at, "a data line must follow: column or quantity, target, tolerance");
   for (const auto& l : list)
-    card_later(card, STAGE_END, [l](Deck& d, Model& m) { settle(d, m, l.first, l.second); });
+    card_later(card, STAGE_END, [l](Deck& d, Model& m) { add_check(d, m, l.first, l.second); });
 }

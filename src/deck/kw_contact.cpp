@@ -10,20 +10,20 @@ void contact_overlap(Card& card, BondDef& b)
   b.contact.overlap = static_cast<OverlapPolicy>(word < 0 ? 0 : word);
   b.contact.adjust  = card_param_real(card, "ADJUST", 0.0, at_least(0.0));
   if (adjust && word >= 0 && word != OVERLAP_ADJUST)
-    card_error(card, adjust->key, "ADJUST=a goes with OVERLAP=ADJUST only");
+    card_error(card, adjust->key, "ADJUST=a requires OVERLAP=ADJUST");
 }
 
-void contact_twice(Card& card)
+void contact_check_params(Card& card)
 {
   const bool interaction = card_param(card, "INTERACTION");
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
     card_error(card, card_param(card, "ALPHA")->key,
-               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
+               "the penalty is given twice: use PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
   for (const char* name : {"PENALTY", "ALPHA", "FRICTION"})
     if (interaction && card_param(card, name))
       card_error(card, card_param(card, name)->key,
                  std::string(name) +
-                     " does not go with INTERACTION: it is said there, by *SURFACE BEHAVIOR or *FRICTION");
+                     " cannot be combined with INTERACTION, which has *SURFACE BEHAVIOR and *FRICTION");
 }
 
 const Interaction* contact_interaction(Deck& d, const Field& at)
@@ -39,7 +39,7 @@ const Interaction* contact_interaction(Deck& d, const Field& at)
   return nullptr;
 }
 
-void contact_take(const Interaction& in, BondDef& b)
+void contact_copy(const Interaction& in, BondDef& b)
 {
   b.penalty  = in.penalty;
   b.contact.friction = in.friction;
@@ -48,7 +48,7 @@ void contact_take(const Interaction& in, BondDef& b)
 
 namespace {
 
-const std::size_t MOST_RULES = 30;     // two of 64 bits for each rule (ContactScene::sides)
+const std::size_t MAX_RULES = 30;      // two of 64 bits for each rule (ContactScene::sides)
 
 // surface, body or element set of a name; an empty word: all faces
 ContactSide contact_side(Deck& d, const Model& m, const Field& at)
@@ -99,37 +99,38 @@ void rule_line(Card& card, int general, RuleKind kind)
 void read_rules(Card& card, Model& model, RuleKind kind)
 {
   const int general = model_general_contact(model);
-  if (general < 0) card_error(card, card.head.at, "it belongs to *CONTACT, which must stand before it");
+  if (general < 0) card_error(card, card.head.at, "*CONTACT must precede this keyword");
   while (card_line(card))
     if (general >= 0) rule_line(card, general, kind);
     else card.next = card.field.size();
 }
 
 // side a contains side b
-bool holds(const ContactSide& a, const ContactSide& b)
+bool contains(const ContactSide& a, const ContactSide& b)
 {
   const bool all = a.surface < 0 && a.elset < 0 && a.body < 0;
   return all || (a.surface == b.surface && a.elset == b.elset && a.body == b.body);
 }
 
 // every inclusion is cancelled by an exclusion
-bool nothing_left(const BondDef& g)
+bool all_excluded(const BondDef& g)
 {
   return std::all_of(g.contact.include.begin(), g.contact.include.end(), [&](const ContactRule& in) {
     return std::any_of(g.contact.exclude.begin(), g.contact.exclude.end(), [&](const ContactRule& out) {
-      return (holds(out.a, in.a) && holds(out.b, in.b)) || (holds(out.a, in.b) && holds(out.b, in.a));
+      return (contains(out.a, in.a) && contains(out.b, in.b)) ||
+             (contains(out.a, in.b) && contains(out.b, in.a));
     });
   });
 }
 
 // excludes the contact pairs from general contact; without inclusions, includes all faces
-void complete(Deck& d, Model& m, int general)
+void complete_rules(Deck& d, Model& m, int general)
 {
   BondDef& g = m.bond[general];
   if (g.contact.include.empty()) g.contact.include.push_back(ContactRule());
-  if (nothing_left(g))
+  if (all_excluded(g))
     deck_error(d, deck_field(d, g.place, "CONTACT"),
-               "*CONTACT EXCLUSIONS take back all that is included; nothing is left to meet");
+               "*CONTACT EXCLUSIONS remove all inclusions; no contact is left");
   for (const BondDef& b : m.bond)
     if (b.kind == BOND_CONTACT && !b.contact.general && b.surface >= 0 && b.contact.master >= 0) {
       ContactRule rule;
@@ -137,9 +138,9 @@ void complete(Deck& d, Model& m, int general)
       rule.b.surface = b.contact.master;
       g.contact.exclude.push_back(rule);
     }
-  if (g.contact.include.size() + g.contact.exclude.size() + g.contact.property.size() > MOST_RULES)
+  if (g.contact.include.size() + g.contact.exclude.size() + g.contact.property.size() > MAX_RULES)
     deck_error(d, deck_field(d, g.place, "CONTACT"),
-               "inclusions, exclusions, properties and contact pairs are more than 30 in all");
+               "more than 30 inclusions, exclusions, properties and contact pairs in total");
 }
 
 }  // namespace
@@ -160,10 +161,10 @@ void kw_contact(Card& card, Model& model)
   b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
   b.intermediate = card_param_int(card, "INTERMEDIATE", -1, 0, 1000);
   contact_overlap(card, b);
-  contact_twice(card);
+  contact_check_params(card);
   const Field interaction = card_param_field(card, "INTERACTION");
   if (model_general_contact(model) >= 0)
-    card_error(card, card.head.at, "there is a *CONTACT already; one holds for all");
+    card_error(card, card.head.at, "*CONTACT is defined already; only one is allowed");
   for (const BondDef& other : model.bond)
     if (other.name == b.name && !other.contact.general)
       card_error(card, card.head.at, "bond or contact " + b.name + " is defined already");
@@ -171,9 +172,9 @@ void kw_contact(Card& card, Model& model)
   model.bond.push_back(b);
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
     const Interaction* in = interaction.empty() ? nullptr : contact_interaction(d, interaction);
-    if (in) contact_take(*in, m.bond[i]);
+    if (in) contact_copy(*in, m.bond[i]);
   });
-  card_later(card, STAGE_END, [=](Deck& d, Model& m) { complete(d, m, i); });
+  card_later(card, STAGE_END, [=](Deck& d, Model& m) { complete_rules(d, m, i); });
 }
 
 // *CONTACT INCLUSIONS[, ALL EXTERIOR] : side, side; pairs of general contact

@@ -4,7 +4,7 @@ namespace {
 
 void pair_params(Card& card, const BondDef& b)
 {
-  contact_twice(card);
+  contact_check_params(card);
   if (!card_param(card, "INTERACTION") && b.name.empty() && !card_param(card, "NAME"))
     card_error(card, card.head.at,
                "parameter NAME is missing: write *CONTACT PAIR, NAME=... (or INTERACTION=...)");
@@ -46,11 +46,11 @@ void kw_contact_pair(Card& card, Model& model)
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
     if (!interaction.empty()) {
       const Interaction* in = contact_interaction(d, interaction);
-      if (in) contact_take(*in, m.bond[i]);
+      if (in) contact_copy(*in, m.bond[i]);
     }
     m.bond[i].surface = target_surface(d, m, slave);
     m.bond[i].contact.master  = target_surface(d, m, master);
     if (m.bond[i].surface >= 0 && m.bond[i].surface == m.bond[i].contact.master)
-      deck_error(d, master, "a surface cannot be in contact with itself here; name two surfaces");
+      deck_error(d, master, "a surface cannot be in contact with itself; name two surfaces");
   });
 }

@@ -9,6 +9,6 @@ void kw_contact_print(Card& card, Model&)
   while (card_line(card))
     while (card_more(card)) card_word(card, "quantity", "CDIS|CDISP|CSTR|CSTRESS|CELS|CNUM|CF|CFN|CFS");
   card_warn(card, card.head.at,
-            "prints nothing here; *HISTORY has forces, gaps and areas of contact pairs (CFORCE, "
+            "has no effect; *HISTORY prints forces, gaps and areas of contact pairs (CFORCE, "
             "CGAP, CAREA, CWORK, CPRESS)");
 }

@@ -22,16 +22,16 @@ void kw_conversion(Card& card, Model& model)
   c.bond.intermediate = card_param_int(card, "INTERMEDIATE", 0, 0, 1000);
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
     card_error(card, card_param(card, "ALPHA")->key,
-               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
+               "the penalty is given twice: use PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
   if (c.trigger == TRIGGER_DISTORTION) c.limit = card_param_real(card, "LIMIT", 0.2, between(0.0, 1.0));
   else if (card_param(card, "LIMIT"))
-    card_error(card, card_param(card, "LIMIT")->key, "LIMIT goes with TRIGGER=DISTORTION only");
+    card_error(card, card_param(card, "LIMIT")->key, "LIMIT requires TRIGGER=DISTORTION");
   if (c.trigger == TRIGGER_TIME) {
     if (!card_param(card, "TIME"))
       card_error(card, card.head.at, "TRIGGER=TIME needs TIME=, the total time of the conversion");
     c.limit = card_param_real(card, "TIME", 0.0, at_least(0.0));
   } else if (card_param(card, "TIME")) {
-    card_error(card, card_param(card, "TIME")->key, "TIME goes with TRIGGER=TIME only");
+    card_error(card, card_param(card, "TIME")->key, "TIME requires TRIGGER=TIME");
   }
   card_end(card);
   const Field elset = card_param_field(card, "ELSET");

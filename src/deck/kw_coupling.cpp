@@ -5,19 +5,19 @@ namespace {
 // first[, last] in each line; no line: all directions. Rotations of nodes of solid elements are ignored.
 void read_directions(Card& card, CouplingDef& c)
 {
-  bool any = false, held[6] = {false, false, false, false, false, false};
+  bool any = false, coupled[6] = {false, false, false, false, false, false};
   while (card_line(card)) {
     const int first = card_int(card, "first direction", 1, 6) - 1;
     const int last  = card_int_or(card, "last direction", first + 1, 1, 6) - 1;
     if (!card_good(card)) continue;
     any = true;
     if (last < first) card_error(card, card.whole, "the last direction is smaller than the first");
-    for (int i = first; i <= last; ++i) held[i] = true;
+    for (int i = first; i <= last; ++i) coupled[i] = true;
   }
-  for (int i = 0; i < 6; ++i) c.held[i] = !any || held[i];
+  for (int i = 0; i < 6; ++i) c.coupled[i] = !any || coupled[i];
 }
 
-void kind(Card& card, CouplingKind of)
+void read_kind(Card& card, CouplingKind kind)
 {
   Deck& d = *card.deck;
   CouplingDef ignored;
@@ -26,7 +26,7 @@ void kind(Card& card, CouplingKind of)
     card_error(card, card.head.at,
                "it must follow a *COUPLING, CONSTRAINT NAME=..., REF NODE=..., SURFACE=...");
   CouplingDef& c = open ? d.coupling.back() : ignored;
-  c.kind = of;
+  c.kind = kind;
   read_directions(card, c);
 }
 
@@ -49,10 +49,10 @@ void kw_coupling(Card& card, Model&)
   deck.coupling.push_back(c);
   const Field at = card.head.at;
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
-    CouplingDef& own = d.coupling[i];
-    own.surface = target_surface(d, m, surface);
-    coupling_turn(d, m, own);
-    if (own.kind == COUPLING_OPEN) deck_error(d, at, "*KINEMATIC or *DISTRIBUTING must follow");
+    CouplingDef& coupling = d.coupling[i];
+    coupling.surface = target_surface(d, m, surface);
+    coupling_turn(d, m, coupling);
+    if (coupling.kind == COUPLING_OPEN) deck_error(d, at, "*KINEMATIC or *DISTRIBUTING must follow");
   });
 }
 
@@ -60,8 +60,8 @@ void kw_coupling(Card& card, Model&)
 // *KINEMATIC : first[, last] directions that move with the reference node
 // *DISTRIBUTING : first[, last] directions in which the reference node follows the mean of the surface
 // ---------------------------------------------------------------------------
-void kw_kinematic(Card& card, Model&) { kind(card, COUPLING_KINEMATIC); }
-void kw_distributing(Card& card, Model&) { kind(card, COUPLING_DISTRIBUTING); }
+void kw_kinematic(Card& card, Model&) { read_kind(card, COUPLING_KINEMATIC); }
+void kw_distributing(Card& card, Model&) { read_kind(card, COUPLING_DISTRIBUTING); }
 
 // ---------------------------------------------------------------------------
 // *RIGID BODY, REF NODE=, ELSET= : the elements of the set move as one body

@@ -45,7 +45,7 @@ void direction(int i, int j, double e[2])
 
 // position of core node i, j: the squares become rounder with their distance q from the axis. The edge is
 // chosen such that elements of core and rings have equal length, averaged over axis and diagonal.
-void core_place(const Cylinder& c, int i, int j, double x[2])
+void core_position(const Cylinder& c, int i, int j, double x[2])
 {
   x[0] = x[1] = 0.0;
   if (i == 0 && j == 0) return;
@@ -75,14 +75,14 @@ void make_section(Card& card, Model& model, const Cylinder& c, int k, Part& p)
   const int low = c.quarter ? 0 : -c.n;
   for (int j = low; j <= c.n; ++j)
     for (int i = low; i <= c.n; ++i) {
-      core_place(c, i, j, x);
+      core_position(c, i, j, x);
       add_node(card, model, c, x, k, 0, p);
     }
   for (int r = 1; r <= c.nr; ++r)
     for (int t = 0; t < c.ring_nodes(); ++t) {
       int i, j;
       core_edge(c.n, t, i, j);
-      core_place(c, i, j, x);
+      core_position(c, i, j, x);
       direction(i, j, e);
       const double part = static_cast<double>(r) / c.nr;
       for (int a = 0; a < 2; ++a)

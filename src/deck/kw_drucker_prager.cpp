@@ -19,10 +19,10 @@ void kw_drucker_prager(Card& card, Model& model)
   if (card_more(card)) card_real(card, "temperature", any_number());
   if (!card_good(card)) return;
   if (ratio != 1.0)
-    card_error(card, card.field[1], "the flow stress ratio is 1: the yield surface is a circle");
+    card_error(card, card.field[1], "the flow stress ratio must be 1: the yield surface is circular");
   if (dilation > friction)
     card_error(card, card.field[2],
-               "the dilation angle must not exceed the friction angle: flow would make energy");
+               "the dilation angle must not exceed the friction angle: flow would create energy");
   m.friction = std::tan(card_radians(friction));
   m.dilation = std::tan(card_radians(dilation));
   m.law      = LAW_DRUCKER_PRAGER;

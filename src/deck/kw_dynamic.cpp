@@ -5,12 +5,12 @@ namespace {
 // HALFINC SCALE FACTOR: default, which gives an oscillator ten increments a period (theory 6.7); limit of
 // the warning: the factor of Abaqus multiplies a mean over the model and is many times larger.
 // Test: HALF (analytic/half_increments)
-const double usual_half_part = 0.05, large_half_part = 10.0;
+const double default_half_part = 0.05, large_half_part = 10.0;
 
 const double calculix_alpha = -0.05;       // default of CalculiX and Abaqus
 
 // scheme of the card: given by SCHEME, or implied by a parameter of one scheme
-TimeScheme scheme_meant(Card& card, bool no_alpha)
+TimeScheme read_scheme(Card& card, bool no_alpha)
 {
   const int named = card_param_word(card, "SCHEME", "NEWMARK|ENERGY-MOMENTUM|HHT", -1);
   if (named >= 0) return static_cast<TimeScheme>(named);
@@ -21,23 +21,23 @@ TimeScheme scheme_meant(Card& card, bool no_alpha)
 // reports parameters of other schemes
 void refuse(Card& card, TimeScheme scheme)
 {
-  struct Belongs {
+  struct SchemeParam {
     const char* word;
     TimeScheme scheme;
-    const char* says;
+    const char* text;
   };
   const char* const of_newmark =
-    "BETA and GAMMA belong to SCHEME=NEWMARK; HHT makes them of ALPHA, ENERGY-MOMENTUM has DISSIPATION";
-  const Belongs all[] = {
+    "BETA and GAMMA belong to SCHEME=NEWMARK; HHT computes them from ALPHA, ENERGY-MOMENTUM has DISSIPATION";
+  const SchemeParam all[] = {
       {"BETA", SCHEME_NEWMARK, of_newmark},
       {"GAMMA", SCHEME_NEWMARK, of_newmark},
       {"DISSIPATION", SCHEME_ENERGY_MOMENTUM,
        "DISSIPATION belongs to SCHEME=ENERGY-MOMENTUM; NEWMARK has GAMMA above 0.5, HHT has ALPHA"},
       {"ALPHA", SCHEME_HHT,
        "ALPHA belongs to SCHEME=HHT; ENERGY-MOMENTUM has DISSIPATION, NEWMARK has GAMMA above 0.5"}};
-  for (const Belongs& b : all)
+  for (const SchemeParam& b : all)
     if (const HeadParam* const word = card_param(card, b.word))
-      if (b.scheme != scheme) return card_error(card, word->key, b.says);
+      if (b.scheme != scheme) return card_error(card, word->key, b.text);
 }
 
 // limits of the half-increment residual, for automatic increments
@@ -47,25 +47,25 @@ void read_half(Card& card, Step& s)
   const HeadParam* const part  = card_param(card, "HALFINC SCALE FACTOR");
   const bool off = card_flag(card, "NOHAF"), direct = card_param(card, "DIRECT");
   s.half_force   = card_param_real(card, "HAFTOL", 0.0, above(0.0));
-  s.half_part    = card_param_real(card, "HALFINC SCALE FACTOR", force ? 0.0 : usual_half_part, above(0.0));
+  s.half_part    = card_param_real(card, "HALFINC SCALE FACTOR", force ? 0.0 : default_half_part, above(0.0));
   if (off || direct) s.half_force = s.half_part = 0.0;
   if (force && part)
     return card_error(card, force->key,
-                      "HAFTOL is a force, HALFINC SCALE FACTOR a part of the typical force: give one of "
+                      "HAFTOL is a force, HALFINC SCALE FACTOR a fraction of the typical force: give one of "
                       "them");
   if (part && s.half_part >= large_half_part)
     card_warn(card, part->value,
-              "HALFINC SCALE FACTOR is a part of the typical force of inertia, 0.05 when it is not given; "
-              "Abaqus multiplies a mean force with it: with this value increments are hardly ever cut");
+              "HALFINC SCALE FACTOR is a fraction of the typical inertia force, by default 0.05; "
+              "Abaqus multiplies a mean force by it: with this value increments are almost never cut");
   const HeadParam* const given = force ? force : part;
   const std::string name       = force ? "HAFTOL" : "HALFINC SCALE FACTOR";
   if (given && direct)
-    return card_error(card, given->key, "DIRECT fixes the increments, so nothing is compared with " + name +
-                                            ": leave one of the two out");
+    return card_error(card, given->key, "DIRECT fixes the increments and ignores " + name +
+                                            ": leave out one of the two");
   if (given && off)
     card_error(card, given->key,
                "NOHAF switches the half-increment residual off, which " + name +
-                   " limits: leave one of the two out");
+                   " limits: leave out one of the two");
 }
 
 // Increments of explicit steps are given or the stable ones; options of Abaqus for this are accepted, those
@@ -79,7 +79,7 @@ void read_explicit(Card& card, Model& model)
                            "HALFINC SCALE FACTOR", "NOHAF", "SOLVER"})
     if (const HeadParam* const given = card_param(card, word))
       card_error(card, given->key, std::string(word) + " belongs to implicit schemes; an explicit step has "
-                                                       "SCALE FACTOR alone: leave it out");
+                                                       "only SCALE FACTOR: leave it out");
   for (const char* word : {"DIRECT", "DIRECT USER CONTROL", "FIXED TIME INCREMENTATION",
                            "ELEMENT BY ELEMENT"})
     card_flag(card, word);
@@ -118,7 +118,7 @@ void kw_dynamic(Card& card, Model& model)
   double zero = 1.0;           // ALPHA=0 does not imply HHT
   const bool no_alpha = alpha && !card_param(card, "SCHEME") && parse_real(alpha->value.text, zero) &&
                         zero == 0.0;
-  s.scheme       = scheme_meant(card, no_alpha);
+  s.scheme       = read_scheme(card, no_alpha);
   s.scheme_given = card_param(card, "SCHEME") || beta || card_param(card, "GAMMA") ||
                    card_param(card, "DISSIPATION") || (alpha && !no_alpha);
   s.beta  = card_param_real(card, "BETA", 0.25, at_least(0.0));

@@ -20,8 +20,8 @@ void read_start(Card& card, FractureDef& f)
   const std::string word = p && p->has_value ? text_upper(p->value.text) : "YES";
   if (word == "YES" || word == "NO") f.start = card_param_yes(card, "START", false, true);
   else if (parse_real(word, number))
-    card_error(card, p->value, "START=stress is gone, because all elements near the first break broke with "
-                               "it; a strength is that of CRITERION=COHESIVE: Gc, ft");
+    card_error(card, p->value, "START=stress is no longer available, because it broke all elements near the "
+                               "first break; a strength requires CRITERION=COHESIVE: Gc, ft");
   else card_error(card, p->value, "START=" + p->value.text + " is neither YES nor NO");
 }
 
@@ -44,25 +44,25 @@ void read_angle(Card& card, FractureDef& f)
   f.friction = std::tan(card_radians(degree));
   if (f.residual == SPLIT_GRANULAR && !p)
     card_error(card, card.head.at, "RESIDUAL=GRANULAR needs the angle of internal friction in degrees; write "
-                                   "ANGLE=35 or so");
+                                   "for example ANGLE=35");
   if (f.residual != SPLIT_GRANULAR && p)
-    card_error(card, p->key, "ANGLE goes with RESIDUAL=GRANULAR only");
+    card_error(card, p->key, "ANGLE requires RESIDUAL=GRANULAR");
 }
 
 // reports parameters of other criteria and removed parameters
 void check_words(Card& card, const FractureDef& f)
 {
   if (const HeadParam* p = card_param(card, "SPEED LIMIT"))
-    card_error(card, p->key, "SPEED LIMIT is gone, because it turned cracks along the lines of the mesh; "
+    card_error(card, p->key, "SPEED LIMIT is no longer available, because it aligned cracks with the mesh; "
                              "leave it out");
   if (f.criterion != CRITERION_COHESIVE && card_param(card, "SOFTENING"))
     card_error(card, card_param(card, "SOFTENING")->key,
-               "SOFTENING goes with CRITERION=COHESIVE only");
+               "SOFTENING requires CRITERION=COHESIVE");
   if (f.criterion != CRITERION_GRIFFITH)
     for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
       if (card_param(card, name))
         card_error(card, card_param(card, name)->key,
-                   std::string(name) + " goes with CRITERION=GRIFFITH only");
+                   std::string(name) + " requires CRITERION=GRIFFITH");
   if (f.criterion == CRITERION_COHESIVE)
     for (const char* name : {"SPLIT", "AVERAGE", "ORDER", "SPACING", "INTERVAL", "TOLERANCE"})
       if (card_param(card, name))
@@ -103,7 +103,7 @@ void kw_eigenfracture(Card& card, Model& model)
   read_order(card, f);
   check_words(card, f);
   if (card_param(card, "SEED") && !card_param(card, "WEIBULL"))
-    card_error(card, card_param(card, "SEED")->key, "SEED goes with WEIBULL=modulus only");
+    card_error(card, card_param(card, "SEED")->key, "SEED requires WEIBULL=modulus");
   const Field elset = card_param_field(card, "ELSET");
   if (!card_line(card)) {
     card_error(card, card.head.at,

@@ -15,8 +15,8 @@ void read_engineering(Card& card, Material& m)
   if (!card_good(card)) return;
   if (!ortho_matrix(c, m.elastic))
     card_error(card, card.head.at,
-               "no material has these constants: some strain would store no energy; nu12 must be less than "
-               "sqrt(E1/E2), the others alike, and 1 - nu12 nu21 - nu13 nu31 - nu23 nu32 - 2 nu21 nu32 nu13 "
+               "the elastic constants are not positive definite: nu12 must be less than "
+               "sqrt(E1/E2), others alike, and 1 - nu12 nu21 - nu13 nu31 - nu23 nu32 - 2 nu21 nu32 nu13 "
                "above 0");
   else ortho_isotropic(m.elastic, m.young, m.poisson);
   m.law = LAW_ORTHO;

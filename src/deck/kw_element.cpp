@@ -29,7 +29,7 @@ bool label_is_new(Card& card, int label)
 // an edge of three nodes in any order: moves the middle node to the end; the end nodes are furthest apart
 void middle_last(const Mesh& mesh, Facet& f)
 {
-  const auto apart = [&](int a, int b) {
+  const auto distance = [&](int a, int b) {
     double sum = 0.0;
     for (int i = 0; i < 3; ++i) {
       const double d = mesh.X[3 * static_cast<std::size_t>(f.node[a]) + i] -
@@ -38,7 +38,7 @@ void middle_last(const Mesh& mesh, Facet& f)
     }
     return sum;
   };
-  const double opposite[3] = {apart(1, 2), apart(2, 0), apart(0, 1)};
+  const double opposite[3] = {distance(1, 2), distance(2, 0), distance(0, 1)};
   const long middle = std::max_element(opposite, opposite + 3) - opposite;
   std::swap(f.node[middle], f.node[2]);
 }
@@ -60,7 +60,7 @@ void read_facets(Card& card, Model& model, int nen, int corners)
       const int n = d.node_index.find(number);
       if (card_good(card) && n < 0)
         card_error(card, card.field[a + 1],
-                   text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT",
+                   text_format("node %d of element %d is not defined; *NODE must precede *ELEMENT",
                                number, label));
       if (!card_good(card)) break;
       f.node[a] = n;
@@ -77,13 +77,13 @@ void read_facets(Card& card, Model& model, int nen, int corners)
 // misspelt type, which has been reported
 void read_absent(Card& card, const std::string& remedy)
 {
-  const int most = 100;        // max. fields of an element
+  const int max_fields = 100;  // of an element
   Deck& d = *card.deck;
   const std::string set = card_param_name(card, "ELSET");
   if (!set.empty()) d.absent_set.insert(set);
   long count = 0;
   while (card_line(card)) {
-    join_lines(card, most);
+    join_lines(card, max_fields);
     d.absent_elem.insert(card_label(card, "element label"));
     card.next = card.field.size();
     ++count;
@@ -127,7 +127,7 @@ void kw_element(Card& card, Model& model)
       const int n = card.deck->node_index.find(number);
       if (card_good(card) && n < 0)
         card_error(card, card.field[a + 1],
-                   text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT",
+                   text_format("node %d of element %d is not defined; *NODE must precede *ELEMENT",
                                number, label));
       node[a] = card_good(card) ? n : -1;
       if (card_good(card) && std::find(node, node + a, node[a]) != node + a)

@@ -6,7 +6,7 @@
 
 namespace {
 
-struct Triple {                // one term of a deck line
+struct Term {                  // one term of a deck line
   Field node;
   int dof = 0;
   double coef = 0.0;
@@ -20,18 +20,18 @@ int node_of(Deck& d, const Model& m, const Field& at)
   if (node.size() == 1) return node[0];
   deck_error(d, at,
              "set " + text_show(at.text) +
-                 text_format(" has %zu nodes, a term has one: sets do not keep an order, by which nodes "
-                             "could be paired; write "
+                 text_format(" has %zu nodes, a term requires one: sets are unordered, so that nodes "
+                             "cannot be paired; write "
                              "an equation for each pair",
                              node.size()));
   return -1;
 }
 
-void form(Deck& d, Model& m, const Place& place, const std::vector<Triple>& term)
+void add_equation(Deck& d, Model& m, const Place& place, const std::vector<Term>& term)
 {
   Equation e;
   e.place = place;
-  for (const Triple& t : term) {
+  for (const Term& t : term) {
     const int node = node_of(d, m, t.node);
     if (node < 0) return;
     e.term.push_back({frame_node(d, m, node), t.dof, t.coef});
@@ -44,12 +44,12 @@ void form(Deck& d, Model& m, const Place& place, const std::vector<Triple>& term
   }
   if (std::fabs(first) <= 1e-14 * size)
     return deck_error(d, term[0].node,
-                      "the coefficient of the first term is 0: the equation is solved for its direction, "
+                      "the coefficient of the first term is 0, but the equation is solved for its direction, "
                       "which depends on the others");
   for (const Equation& other : m.equation)
     if (other.term[0].node == e.term[0].node && other.term[0].dof == e.term[0].dof)
       return deck_error(d, term[0].node,
-                        text_format("direction %d of node %d depends on others already, by the equation of ",
+                        text_format("direction %d of node %d is dependent already, in the equation of ",
                         e.term[0].dof + 1, m.mesh.node_label[e.term[0].node]) + other.place.file +
                         text_format(" line %d; begin this one with another term", other.place.line));
   m.equation.push_back(e);
@@ -61,21 +61,21 @@ void read_equation(Card& card, const Model& model)
   const Place place = line_place(card);
   const int errors  = card.deck->errors;
   const int n       = card_int(card, "number of terms", 2, 1000000);
-  std::vector<Triple> term;
+  std::vector<Term> term;
   for (int k = 0; k < n && card.deck->errors == errors; ++k) {
     if (!card_more(card) && !card_line(card))
       return card_error(
           card, card.head.at,
           text_format("term %d of %d is missing: a line with node, direction, coefficient must follow", k + 1,
                       n));
-    Triple t;
+    Term t;
     t.node = card_field(card, "node");
     t.dof  = card_dof(card, model, "direction");
     t.coef = card_real(card, "coefficient", any_number());
     term.push_back(t);
   }
   if (card.deck->errors == errors)
-    card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { form(d, m, place, term); });
+    card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { add_equation(d, m, place, term); });
   else
     card.next = card.field.size();
 }
@@ -91,14 +91,14 @@ void remove_line(Card& card, Model& model, IntVec& active)
   frame_nodes(*card.deck, model, node);
   const std::set<int> listed(node.begin(), node.end());
   const std::size_t before = active.size();
-  const auto goes = [&](int q) {
+  const auto is_removed = [&](int q) {
     const EquationTerm& t = model.equation[q].term[0];
     return listed.count(t.node) && t.dof >= first && t.dof <= last;
   };
-  active.erase(std::remove_if(active.begin(), active.end(), goes), active.end());
+  active.erase(std::remove_if(active.begin(), active.end(), is_removed), active.end());
   if (active.size() == before)
     card_error(card, card.whole,
-               "there is no equation that such a direction depends by (the first term of an equation); "
+               "no equation has such a direction as its dependent (first) term; "
                "nothing is removed");
 }
 
@@ -115,9 +115,9 @@ void kw_equation(Card& card, Model& model)
   if ((some || all) != d.in_step)
     return card_error(
         card, card.head.at,
-        d.in_step ? "equations stand before the first *STEP; in a step they can only be removed (REMOVE, "
+        d.in_step ? "equations must precede the first *STEP; in a step they can only be removed (REMOVE, "
                     "REMOVE ALL)"
-                  : "REMOVE stands in a step; leave the equation out instead");
+                  : "REMOVE is allowed only in a step; leave out the equation instead");
   if (!d.in_step)
     while (card_line(card)) read_equation(card, model);
   else if (all) model.step.back().equation.clear();

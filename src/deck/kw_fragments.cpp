@@ -10,6 +10,6 @@ void kw_fragments(Card& card, Model& model)
   f.interval  = card_param_real(card, "TIME INTERVAL", 0.0, above(0.0));
   if (card_param(card, "FREQUENCY") && card_param(card, "TIME INTERVAL"))
     card_error(card, card_param(card, "TIME INTERVAL")->key,
-               "take FREQUENCY (increments) or TIME INTERVAL, not both");
+               "use FREQUENCY (increments) or TIME INTERVAL, not both");
   card_end(card);
 }

@@ -28,7 +28,7 @@ bool read_plane(Card& card, const Model& model, GridPlane& p)
 }
 
 // sets the position of the plane, which must be a plane of the grid
-void settle(Deck& d, Model& m, std::size_t i, const GridPlane& p, const Field& at)
+void set_position(Deck& d, Model& m, std::size_t i, const GridPlane& p, const Field& at)
 {
   const Grid& g = m.grid;
   if (!g.given) return deck_error(d, at, "there is no *GRID; write one with the box and the size of a cell");
@@ -42,9 +42,9 @@ void settle(Deck& d, Model& m, std::size_t i, const GridPlane& p, const Field& a
   if (p.side != 0 || std::fabs(p.position - m.grid_bc[i].position) <= 1e-6 * h) return;
   const double below = std::min(std::max(std::floor((p.position - lo) / h), 0.0), n - 1.0);
   deck_error(d, at,
-             "no grid plane is there; the nearest are " + text_number(lo + below * h) + " and " +
+             "no grid plane has this position; the nearest are " + text_number(lo + below * h) + " and " +
                  text_number(lo + (below + 1.0) * h) +
-                 ". Between grid planes take *BOND, TYPE=GROUND on a surface of the body");
+                 ". Between grid planes use *BOND, TYPE=GROUND on a surface of the body");
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ void kw_grid_boundary(Card& card, Model& model)
     const Field at = card.field[0];
     model.grid_bc.push_back(b);
     card_later(card, STAGE_END, [=](Deck& d, Model& m) {
-      settle(d, m, i, plane, at);
+      set_position(d, m, i, plane, at);
       if (!name.empty()) m.grid_bc[i].amplitude = target_amplitude(d, m, name);
     });
   }

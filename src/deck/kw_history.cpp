@@ -8,12 +8,15 @@ namespace {
 const std::vector<QuantityWhere> EVERYWHERE = {OF_MOTION,  OF_NODES, OF_SUPPORTS, OF_GRID,
                                                OF_CONTACT, OF_MODEL, OF_POINTS};
 
-QuantityWhere where(const std::string& what) { return quantity_find(what)->where; }
-bool is_of_elements(const std::string& what) { return where(what) == OF_POINTS; }
-bool is_of_points(const std::string& what) { return where(what) == OF_MOTION || is_of_elements(what); }
+QuantityWhere where(const std::string& quantity) { return quantity_find(quantity)->where; }
+bool is_of_elements(const std::string& quantity) { return where(quantity) == OF_POINTS; }
+bool is_of_points(const std::string& quantity)
+{
+  return where(quantity) == OF_MOTION || is_of_elements(quantity);
+}
 
 // a body takes precedence over a set of the same name, whose elements may become points
-void settle(Deck& d, Model& m, HistoryDef h, const Field& target)
+void add_history(Deck& d, Model& m, HistoryDef h, const Field& target)
 {
   const int body = model_find_body(m, text_upper(target.text));
   const bool other_kind = is_of_elements(h.what) ? model_find_elset(m, text_upper(target.text)) < 0 &&
@@ -39,7 +42,7 @@ void settle(Deck& d, Model& m, HistoryDef h, const Field& target)
   m.output.history.push_back(h);
 }
 
-void settle_grid(Deck& d, Model& m, HistoryDef h, const Field& target)
+void add_grid_history(Deck& d, Model& m, HistoryDef h, const Field& target)
 {
   int number = 0;
   const int n = static_cast<int>(m.grid_bc.size());
@@ -50,7 +53,7 @@ void settle_grid(Deck& d, Model& m, HistoryDef h, const Field& target)
   m.output.history.push_back(h);
 }
 
-void settle_contact(Deck& d, Model& m, HistoryDef h, const Field& target)
+void add_contact_history(Deck& d, Model& m, HistoryDef h, const Field& target)
 {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < m.bond.size(); ++i) {
@@ -78,7 +81,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   h.place = line_place(card);
   std::string column;
   if (column_built_in(h.name, column))
-    card_error(card, name, "column " + column + " is there always; take another name");
+    card_error(card, name, "column " + column + " is built in; choose another name");
   else if (std::find(names.begin(), names.end(), h.name) != names.end())
     card_error(card, name, "column " + text_show(h.name) + " is defined already");
   names.push_back(h.name);
@@ -95,7 +98,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   const bool grid = where(h.what) == OF_GRID, contact = where(h.what) == OF_CONTACT;
   h.at_point = text_upper(target.text) == "AT";
   if (h.at_point && !is_of_points(h.what))
-    card_error(card, target, h.what + " is not available AT a place; name a node set");
+    card_error(card, target, h.what + " is not available AT a point; name a node set");
   for (int i = 0; h.at_point && i < model.dim; ++i) h.X[i] = card_real(card, axis[i], any_number());
   h.reduce = where(h.what) == OF_SUPPORTS || grid ? REDUCE_SUM : REDUCE_MEAN;
   if (!h.at_point && !grid && !contact && card_more(card)) {
@@ -105,9 +108,9 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   if (!card_good(card)) return;
   card_later(card, STAGE_END, [=](Deck& d, Model& m) {
     if (h.at_point) m.output.history.push_back(h);
-    else if (grid) settle_grid(d, m, h, target);
-    else if (contact) settle_contact(d, m, h, target);
-    else settle(d, m, h, target);
+    else if (grid) add_grid_history(d, m, h, target);
+    else if (contact) add_contact_history(d, m, h, target);
+    else add_history(d, m, h, target);
   });
 }
 

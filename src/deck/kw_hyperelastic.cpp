@@ -24,5 +24,5 @@ void kw_hyperelastic(Card& card, Model& model)
   m.has_elastic = true;
   if (!(m.poisson > -1.0 && m.poisson < 0.5 - 1e-12))
     card_error(card, card.head.at, "C10 and D1 give Poisson's ratio " + text_number(m.poisson) +
-                                       "; it must lie between -1 and 0.5, take a larger D1");
+                                       "; it must lie between -1 and 0.5: use a larger D1");
 }

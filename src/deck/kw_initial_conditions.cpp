@@ -5,7 +5,7 @@
 namespace {
 
 // a body takes precedence over a set of the same name, whose nodes may become points
-void apply(Deck& d, Model& m, const Field& target, InitialValue v)
+void add_initial(Deck& d, Model& m, const Field& target, InitialValue v)
 {
   v.body = model_find_body(m, text_upper(target.text));
   if (v.body < 0 && !target_nodes(d, m, target, v.node)) return;
@@ -24,7 +24,7 @@ void read_broken(Card& card, Model& model)
     for (int i = 0; i < model.dim; ++i)
       b.normal[i] = card_real_or(card, axis[i], i == 0 && !card_more(card) ? 1.0 : 0.0, any_number());
     for (double n : b.normal) norm += n * n;
-    if (card_good(card) && norm == 0.0) card_error(card, card.whole, "the normal has no length");
+    if (card_good(card) && norm == 0.0) card_error(card, card.whole, "the normal is the zero vector");
     for (double& n : b.normal) n /= norm > 0.0 ? std::sqrt(norm) : 1.0;
     if (!card_good(card)) continue;
     card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
@@ -52,10 +52,11 @@ void kw_initial_conditions(Card& card, Model& model)
     v.value = card_expr(card, type == 1 ? "displacement" : "velocity");
     if (card_good(card) && v.dof >= model.dim) {     // a 3D deck used for a plane model
       if (!v.value.is_const() || v.value.value != 0.0)
-        card_error(card, card.whole, "direction 3 does not exist in a plane model; it can only be given 0");
+        card_error(card, card.whole, "direction 3 does not exist in a plane model; only 0 can be given");
       continue;
     }
     v.place = line_place(card);
-    if (card_good(card)) card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { apply(d, m, target, v); });
+    if (card_good(card))
+      card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { add_initial(d, m, target, v); });
   }
 }

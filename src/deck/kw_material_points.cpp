@@ -10,7 +10,7 @@ void read_box(Card& card, int dim, Body& b)
   double points = 1.0;
   if (!card_cells(card, dim, b.cells.data())) return;
   for (int i = 0; i < dim; ++i) points *= static_cast<double>(b.cells[i]) * b.per_cell;
-  if (points > 5e7) card_error(card, card.whole, "more than 5e7 material points; take fewer cells");
+  if (points > 5e7) card_error(card, card.whole, "more than 5e7 material points; use fewer cells");
 }
 
 // reports parameters of plane models
@@ -26,11 +26,11 @@ void check_fill(Card& card, const Body& b, const Field& elset)
 {
   if (b.fill == FILL_ELSET && elset.empty())
     card_error(card, card.head.at, "FILL=ELSET needs ELSET=name of the elements that become points");
-  if (b.fill != FILL_ELSET && !elset.empty()) card_error(card, elset, "ELSET= goes with FILL=ELSET only");
+  if (b.fill != FILL_ELSET && !elset.empty()) card_error(card, elset, "ELSET= requires FILL=ELSET");
   if (b.fill != FILL_REGION && card_param(card, "WHERE"))
-    card_error(card, card_param(card, "WHERE")->key, "WHERE goes with FILL=REGION only");
+    card_error(card, card_param(card, "WHERE")->key, "WHERE requires FILL=REGION");
   if (b.fill == FILL_REGION && !card_param(card, "WHERE"))
-    card_error(card, card.head.at, "FILL=REGION needs WHERE=\"function\", not 0 inside the body");
+    card_error(card, card.head.at, "FILL=REGION needs WHERE=\"function\", nonzero inside the body");
 }
 
 }  // namespace

@@ -50,12 +50,12 @@ std::size_t cell_key(double i, double j, double k)
   return (h(i) * 31 + h(j)) * 31 + h(k);
 }
 
-int near_find(const Part& p, const Mesh& mesh, const double x[3])
+int find_merged(const Part& p, const Mesh& mesh, const double x[3])
 {
   for (int c = 0; c < 8; ++c) {
     double at[3];
     for (int i = 0; i < 3; ++i) at[i] = std::floor((x[i] + (c >> i & 1 ? p.tol : -p.tol)) / (4 * p.tol));
-    const auto range = p.near.equal_range(cell_key(at[0], at[1], at[2]));
+    const auto range = p.close_nodes.equal_range(cell_key(at[0], at[1], at[2]));
     for (auto n = range.first; n != range.second; ++n) {
       const double* y = &mesh.X[3 * static_cast<std::size_t>(n->second)];
       if (std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) <= p.tol) return n->second;
@@ -87,7 +87,7 @@ bool part_open(Card& card, Model& model, const std::vector<std::string>& sides, 
   for (const std::string& side : sides) taken = taken || model_find_surface(model, p.name + "_" + side) >= 0;
   if (taken)
     card_error(card, card.head.at,
-               "the name " + p.name + " is taken already; *" + card.head.word + " needs a new one");
+               "the name " + p.name + " is in use already; *" + card.head.word + " needs a new one");
   return !taken;
 }
 
@@ -106,7 +106,7 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
   if (nodes + p.node_label >= 2147483647.0 || per_cell * cells + p.elem_label >= 2147483647.0 ||
       nodes + mesh.nnode() >= 4e8) {
     card_error(card, card.whole,
-               "labels would pass 2147483647: the largest label before this line is too large");
+               "labels would exceed 2147483647: the largest label before this line is too large");
     return false;
   }
   if (!card_flag(card, "MERGE")) return true;
@@ -114,8 +114,8 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
   for (int n = 0; n < mesh.nnode(); ++n) {
     if (mesh.node_label[n] < 0) continue;            // twin of *TRANSFORM
     const double* x = &mesh.X[3 * static_cast<std::size_t>(n)];
-    p.near.emplace(cell_key(std::floor(x[0] / (4 * p.tol)), std::floor(x[1] / (4 * p.tol)),
-                            std::floor(x[2] / (4 * p.tol))),
+    p.close_nodes.emplace(cell_key(std::floor(x[0] / (4 * p.tol)), std::floor(x[1] / (4 * p.tol)),
+                                   std::floor(x[2] / (4 * p.tol))),
                    n);
   }
   return true;
@@ -124,7 +124,7 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
 bool part_node(Card& card, Model& model, const double x[3], int side, Part& p)
 {
   if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2])) return false;
-  const int old = p.tol > 0.0 ? near_find(p, model.mesh, x) : -1;
+  const int old = p.tol > 0.0 ? find_merged(p, model.mesh, x) : -1;
   p.node.push_back(
       old >= 0 ? old : mesh_add_node(*card.deck, model, ++p.node_label, x[0], x[1], x[2], card.head.at));
   p.side.push_back(side);
@@ -165,16 +165,16 @@ bool part_cell(Card& card, Model& model, const int* corners, Part& p)
   std::copy(corners, corners + (model.dim == 3 ? 8 : 4), corner);
   if (&cut == &cut_pyramid && (corner[CENTRE] = centre_node(card, model, corner, p)) < 0) return false;
   for (int k = 0; k < cut.n; ++k) {
-    int own[MAX_NODES], node[MAX_NODES];
-    for (int a = 0; a < cut.nen; ++a) own[a] = corner[cut.corner[k][a]];
+    int local_node[MAX_NODES], node[MAX_NODES];
+    for (int a = 0; a < cut.nen; ++a) local_node[a] = corner[cut.corner[k][a]];
     const int nen = shape_info[elem_table[p.type].shape].nen;
     for (int a = cut.nen; a < nen; ++a) {
-      own[a] = middle_node(card, model, a, own, p);
-      if (own[a] < 0) return false;
+      local_node[a] = middle_node(card, model, a, local_node, p);
+      if (local_node[a] < 0) return false;
     }
-    for (int a = 0; a < nen; ++a) node[a] = p.node[own[a]];
+    for (int a = 0; a < nen; ++a) node[a] = p.node[local_node[a]];
     p.elem.push_back(mesh_add_elem(*card.deck, model, ++p.elem_label, p.type, node, card.head.at));
-    add_faces(p, p.elem.back(), own);
+    add_faces(p, p.elem.back(), local_node);
   }
   return true;
 }

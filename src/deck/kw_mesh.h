@@ -23,7 +23,7 @@ struct Part {
   std::map<std::pair<int, int>, int> middle;
   int node_label = 0, elem_label = 0;      // last labels given
   double tol = 0.0;            // MERGE: nodes closer than this are merged; 0: off
-  std::unordered_multimap<std::size_t, int> near;   // earlier nodes by cell of size 4 tol
+  std::unordered_multimap<std::size_t, int> close_nodes;  // earlier nodes by cell of size 4 tol
 };
 
 // part_open : reads TYPE and ELSET; false: error

@@ -16,8 +16,8 @@ void kw_node(Card& card, Model& model)
     if (model.dim == 2 && z != 0.0)
       card_error(card, card.field[3],
                  "z = " + text_show(card.field[3].text) +
-                     " in a model of two dimensions; elements C3D... or a *GRID with a box of six numbers "
-                     "make it one of three");
+                     " in a two-dimensional model; elements C3D... or a *GRID with a box of six numbers "
+                     "make it three-dimensional");
     if (!card_good(card)) continue;
     const int old = card.deck->node_index.find(label);
     if (old >= 0)

@@ -6,7 +6,7 @@
 namespace {
 
 // rotates the directions about one of them by an angle in degrees
-void turn(int about, double angle, std::array<double, 9>& axis)
+void rotate(int about, double angle, std::array<double, 9>& axis)
 {
   const int p = (about + 1) % 3, q = (about + 2) % 3;
   const double c = std::cos(card_radians(angle)), s = std::sin(card_radians(angle));
@@ -34,12 +34,12 @@ void kw_orientation(Card& card, Model&)
   Vec e3 = cross(a, b);
   const double limit = 1e-12 * size_of(a);
   if (!unit(a, 0.0) || !unit(e3, limit * size_of(b)))
-    return card_error(card, card.whole, "a and b must be two directions: neither 0, nor one along the other");
+    return card_error(card, card.whole, "a and b must be directions that are not 0 and not parallel");
   std::array<double, 9> axis;
-  put(a, cross(e3, a), e3, axis);
+  set_axes(a, cross(e3, a), e3, axis);
   if (card_line(card)) {
     const int about = card_int(card, "axis", 1, 3) - 1;
-    turn(about, card_real_or(card, "angle", 0.0, any_number()), axis);
+    rotate(about, card_real_or(card, "angle", 0.0, any_number()), axis);
   }
   card_end(card);
   if (name.empty()) return;

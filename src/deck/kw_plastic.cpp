@@ -14,10 +14,10 @@ void hardening_table(Card& card, Material& m)
     if (card_more(card)) card_real(card, "temperature", any_number());
     if (!card_good(card)) continue;
     if (m.yield.empty() && a != 0.0)
-      card_error(card, card.whole, "the first plastic strain is 0: the stress at which flow begins");
+      card_error(card, card.whole, "the first plastic strain must be 0 (initial yield stress)");
     if (!m.yield.empty() && !(a > last))
       card_error(card, card.whole, "plastic strains must increase from line to line (" + text_number(last) +
-                                       " stands before); one table, properties do not depend on temperature");
+                                       " precedes); one table, properties do not depend on temperature");
     if (!m.yield.empty() && y < m.yield.back())
       card_error(card, card.whole, "the yield stress must not decrease: softening would depend on the mesh");
     m.yield.push_back(y);

@@ -9,7 +9,7 @@ void kw_restart(Card& card, Model& model)
     card_error(card, card.head.at, "WRITE or READ must be given: *RESTART, WRITE or *RESTART, READ");
   for (const char* name : {"FREQUENCY", "TIME INTERVAL", "OVERLAY"})
     if (!write && card_param(card, name))
-      card_error(card, card_param(card, name)->key, std::string(name) + " goes with WRITE only");
+      card_error(card, card_param(card, name)->key, std::string(name) + " requires WRITE");
   if (write && r.write) card_error(card, card.head.at, "*RESTART, WRITE is given already");
   r.read = r.read || read;
   if (!write) return;

@@ -77,18 +77,18 @@ struct Missing {
   }
 };
 
-void tell_missing(Card& card, const char* what, const Missing& missing, std::size_t defined)
+void report_missing(Card& card, const char* name, const Missing& missing, std::size_t defined)
 {
   if (missing.count == 0) return;
   if (missing.count == 1)
     return card_error(card, missing.first,
-                      text_format("%s %d is not defined; it must be read before it is used", what,
+                      text_format("%s %d is not defined; it must be defined before it is used", name,
                                   missing.label));
   card_error(card, missing.first,
-             text_format("%d of the %zu %ss of this set are not defined, the first is %d; they must be read "
-                         "before they are used. A mesh generator leaves out elements that this format "
-                         "does not have (gmsh: pyramids), and the mesh has holes there",
-                         missing.count, missing.count + defined, what, missing.label));
+             text_format("%d of the %zu %ss of this set are not defined, the first is %d; define them "
+                         "before use. Mesh generators omit elements that this format "
+                         "does not have (gmsh: pyramids), which leaves holes in the mesh",
+                         missing.count, missing.count + defined, name, missing.label));
 }
 
 // a data line of labels and set names
@@ -115,8 +115,8 @@ void selected(Card& card, const Model& model, bool nodes, const Expr& where, Int
     if (nodes) for (int k = 0; k < 3; ++k) x[k] = model.mesh.X[3 * static_cast<std::size_t>(i) + k];
     else mesh_centroid(model.mesh, i, x);
     const int label = nodes ? model.mesh.node_label[i] : model.mesh.elem_label[i];
-    const std::string what = text_format(nodes ? "node %d" : "the centre of element %d", label);
-    if (card_where(card, where, x, model.dim, what)) item.push_back(i);
+    const std::string name = text_format(nodes ? "node %d" : "the centre of element %d", label);
+    if (card_where(card, where, x, model.dim, name)) item.push_back(i);
   }
 }
 
@@ -145,7 +145,7 @@ void set_read(Card& card, Model& model, bool nodes)
     else if (nodes) generate(card, card.deck->node_index, model.mesh.node_label, item);
     else generate(card, card.deck->elem_index, model.mesh.elem_label, item);
   }
-  tell_missing(card, nodes ? "node" : "element", missing, item.size() + facet.size());
+  report_missing(card, nodes ? "node" : "element", missing, item.size() + facet.size());
   if (name.empty()) return;
   Deck& d = *card.deck;
   if (d.errors > card.errors_before && !d.absent_elem.empty()) d.absent_set.insert(name);
@@ -155,7 +155,7 @@ void set_read(Card& card, Model& model, bool nodes)
     card_error(card, card.head.at,
                "set " + name + " is empty" +
                    (card_param(card, "WHERE")
-                        ? ": WHERE selects nothing; mind the tolerance, for example \"abs(x - 1) < 1e-9\""
+                        ? ": WHERE selects nothing; check the tolerance, for example \"abs(x - 1) < 1e-9\""
                         : "; give labels, set names or WHERE"));
   set_merge(nodes ? model.nset : model.elset, name, item, card_place(card));
 }

@@ -6,7 +6,7 @@
 namespace {
 
 // default of MASS; quadratic elements cannot have lumped mass
-bool lumps(const Model& m, const Section& s)
+bool can_lump(const Model& m, const Section& s)
 {
   if (s.elset < 0 || !model_lumps(m)) return false;
   const IntVec& elem = m.elset[s.elset].item;
@@ -14,7 +14,7 @@ bool lumps(const Model& m, const Section& s)
 }
 
 // copy of the material with its constants rotated by an orientation; one for each orientation
-int turned_material(Deck& d, Model& m, int k, const Field& orientation)
+int rotated_material(Deck& d, Model& m, int k, const Field& orientation)
 {
   const auto found = d.orientation.find(text_upper(orientation.text));
   if (k < 0) return k;
@@ -24,12 +24,12 @@ int turned_material(Deck& d, Model& m, int k, const Field& orientation)
     return k;
   }
   if (m.material[k].law != LAW_ORTHO) return k;      // isotropic
-  Material turned = m.material[k];
-  turned.name += " in " + found->first;
+  Material rotated = m.material[k];
+  rotated.name += " in " + found->first;
   for (std::size_t i = 0; i < m.material.size(); ++i)
-    if (m.material[i].name == turned.name) return static_cast<int>(i);
-  turned.elastic = ortho_turn(turned.elastic, found->second);
-  m.material.push_back(turned);
+    if (m.material[i].name == rotated.name) return static_cast<int>(i);
+  rotated.elastic = ortho_turn(rotated.elastic, found->second);
+  m.material.push_back(rotated);
   m.material[k].used = true;                         // by the rotated copy
   return static_cast<int>(m.material.size()) - 1;
 }
@@ -45,7 +45,7 @@ void kw_solid_section(Card& card, Model& model)
   if (model.dim == 3 && card.open && card_good(card))
     card_error(card, card.field[0], "elements in three dimensions have no thickness; leave this line out");
   s.lumped = card_param_word(card, "MASS", "CONSISTENT|LUMPED", 0) == 1;
-  const bool by_name = card_param(card, "MASS") != nullptr;
+  const bool mass_given = card_param(card, "MASS") != nullptr;
   s.place = card_place(card);
   if (card_param_real(card, "OFFSET", 0.0, any_number()) != 0.0)
     card_error(card, card_param(card, "OFFSET")->value, "plane elements lie in the plane: OFFSET must be 0");
@@ -57,8 +57,8 @@ void kw_solid_section(Card& card, Model& model)
     m.section[i].elset = target_elset(d, m, elset);
     m.section[i].material = target_material(d, m, material);
     if (orientation.empty()) return;
-    m.section[i].material = turned_material(d, m, m.section[i].material, orientation);
+    m.section[i].material = rotated_material(d, m, m.section[i].material, orientation);
   });
-  if (by_name) return;
-  card_later(card, STAGE_END, [=](Deck&, Model& m) { m.section[i].lumped = lumps(m, m.section[i]); });
+  if (mass_given) return;
+  card_later(card, STAGE_END, [=](Deck&, Model& m) { m.section[i].lumped = can_lump(m, m.section[i]); });
 }

@@ -13,19 +13,19 @@ void kw_solver(Card& card, Model& model)
   s.reuse   = card_param_yes(card, "REUSE", false, true);
   if (type >= 0 && s.kind != SOLVER_CG && card_param(card, "PRECONDITIONER"))
     card_error(card, card_param(card, "PRECONDITIONER")->value,
-               "only TYPE=CG takes a PRECONDITIONER: add TYPE=CG, or leave it out");
+               "PRECONDITIONER requires TYPE=CG: add TYPE=CG, or leave it out");
   if (s.kind == SOLVER_CG && !s.reuse)
     card_error(
         card, card_param(card, "REUSE")->value,
-        "REUSE=NO asks for a factorisation in each iteration, and TYPE=CG makes none: leave one of them out");
+        "REUSE=NO requires a factorisation in each iteration, but TYPE=CG has none: leave out one of them");
   if (s.kind == SOLVER_AMG && !s.reuse)
     card_error(card, card_param(card, "REUSE")->value,
-               "REUSE=NO asks for a factorisation in each iteration, and TYPE=AMG makes none: leave one of "
-               "them out");
+               "REUSE=NO requires a factorisation in each iteration, but TYPE=AMG has none: leave out one of "
+               "them");
 #ifndef MPFE_PETSC
   if (s.kind == SOLVER_AMG)
     card_error(card, card_param(card, "TYPE")->value,
-               "TYPE=AMG needs PETSc, which this program was built without: TYPE=AUTO or CG does without, or "
+               "TYPE=AMG needs PETSc, which is missing in this build: use TYPE=AUTO or CG, or "
                "install PETSc (tools/setup) and build again");
 #endif
 }

@@ -11,7 +11,7 @@ void kw_step(Card& card, Model& model)
     card_error(card, card.head.at,
                "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) +
                    " is still open; *END STEP is missing before this line");
-  absent_tell(d);
+  absent_report(d);
   facet_surfaces(d, model);
   deck_run_later(d, model, STAGE_STEP);
   Step s;

@@ -11,7 +11,7 @@ struct FaceLine {              // elset|element, S1
   int number = 0;              // 0-based number of the face
 };
 
-bool known(const Model& m, const Field& f)
+bool is_defined(const Model& m, const Field& f)
 {
   int label = 0;
   return target_label(f.text, label) || model_find_elset(m, text_upper(f.text)) >= 0;
@@ -25,11 +25,11 @@ void add_faces(Deck& d, const Model& model, const std::vector<FaceLine>& lines, 
   for (const FaceLine& l : lines) {
     IntVec elem;
     if (!target_elems(d, model, l.elem, elem)) continue;
-    int again = 0, first = -1;
+    int duplicates = 0, first = -1;
     for (int e : elem) {
       if (l.number < shape_info[elem_table[model.mesh.elem_type[e]].shape].nface) {
         if (listed.insert({e, l.number}).second) s.face.push_back(Face{e, l.number});
-        else if (again++ == 0) first = e;
+        else if (duplicates++ == 0) first = e;
         continue;
       }
       deck_error(d, l.face,
@@ -37,16 +37,17 @@ void add_faces(Deck& d, const Model& model, const std::vector<FaceLine>& lines, 
                              elem_table[model.mesh.elem_type[e]].name, l.number + 1));
       break;
     }
-    if (again > 0)
+    if (duplicates > 0)
       deck_warn(
           d, l.elem,
           text_format("%d face%s of this line %s in the surface already, the first is S%d of element %d; "
                       "a face counts once",
-                      again, again > 1 ? "s" : "", again > 1 ? "are" : "is", l.number + 1,
+                      duplicates, duplicates > 1 ? "s" : "", duplicates > 1 ? "are" : "is", l.number + 1,
                       model.mesh.elem_label[first]));
   }
   if (d.errors == before && s.face.empty())
-    deck_error(d, deck_field(d, s.place, "SURFACE"), "surface " + s.name + " is empty: no free face fits");
+    deck_error(d, deck_field(d, s.place, "SURFACE"),
+               "surface " + s.name + " is empty: no free face is selected");
 }
 
 void read_faces(Card& card, const Model& model, std::vector<FaceLine>& lines)
@@ -96,8 +97,8 @@ void kw_surface(Card& card, Model& model)
   const Field elset = card_param_field(card, "ELSET"), body = card_param_field(card, "BODY");
 
   if (of_body && body.empty()) card_error(card, card.head.at, "TYPE=BODY needs BODY=name");
-  if (!of_body && !body.empty()) card_error(card, body, "BODY= goes with TYPE=BODY only");
-  if (of_body && !elset.empty()) card_error(card, elset, "ELSET= does not go with TYPE=BODY");
+  if (!of_body && !body.empty()) card_error(card, body, "BODY= requires TYPE=BODY");
+  if (of_body && !elset.empty()) card_error(card, elset, "ELSET= cannot be combined with TYPE=BODY");
   if (!of_body && elset.empty() && selects)
     card_error(card, card.head.at, "WHERE needs ELSET=name (or TYPE=BODY, BODY=name)");
   IntVec elem;
@@ -110,11 +111,11 @@ void kw_surface(Card& card, Model& model)
   if (model_find_surface(model, s.name) >= 0)
     card_error(card, card.head.at, "surface " + s.name + " is defined already");
   const bool good     = card.deck->errors == card.errors_before;
-  const auto is_known = [&](const FaceLine& l) { return known(model, l.elem); };
-  const bool later    = !std::all_of(lines.begin(), lines.end(), is_known);
+  const auto defined  = [&](const FaceLine& l) { return is_defined(model, l.elem); };
+  const bool later    = !std::all_of(lines.begin(), lines.end(), defined);
   if (good && !later && !lines.empty()) add_faces(*card.deck, model, lines, s);
   if (good && !of_body && lines.empty() && s.face.empty())
-    card_error(card, card.head.at, "surface " + s.name + " is empty: no free face fits");
+    card_error(card, card.head.at, "surface " + s.name + " is empty: no free face is selected");
   if (of_body && selects) s.where = where;
   const std::size_t i = model.surface.size();
   model.surface.push_back(s);

@@ -148,7 +148,7 @@ TEST(Deck, parameters_and_command_line)
   const Answer b = read(text, Defines{{"n", 4.0}, {"spare", 1.0}});
   EXPECT_EQ(b.m.mesh.nelem(), 20);
   EXPECT_EQ(b.m.material[0].young, 48.0 / 7.0);
-  EXPECT_TRUE(says(b, "-D spare is used nowhere"));
+  EXPECT_TRUE(says(b, "-D spare is not used in this deck"));
   EXPECT_EQ(b.m.param.at("n"), 4.0);
 }
 
@@ -257,7 +257,7 @@ TEST(Deck, a_node_and_direction_has_one_support)
                         "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_XMAX, 1, 1, 0.1\n10, 1, 1, 0.2\n*END STEP\n"
                         "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\n5, 1, 1, 0.3\n*END STEP\n");
   ASSERT_EQ(a.errors, 0) << a.text;
-  EXPECT_TRUE(says(a, "for node 10, direction 1 in the same step; the last value holds"));
+  EXPECT_TRUE(says(a, "for node 10, direction 1 in this step; the last value is used"));
   const std::vector<Prescribed>& one = a.m.step[0].prescribed;
   ASSERT_EQ(one.size(), 4u);
   EXPECT_EQ(one[2].node, IntVec({4, 14}));
@@ -484,7 +484,7 @@ TEST(Deck, mistakes_of_one_kind_do_not_hide_others)
   for (int i = 0; i < 1200; ++i) text.insert(6, std::to_string(i) + "x, 1, 1\n");
   const Answer a = read(text);
   EXPECT_TRUE(says(a, "and 1195 more of this kind")) << a.text;
-  EXPECT_TRUE(says(a, "*NSET must stand before the first *STEP")) << a.text;
+  EXPECT_TRUE(says(a, "*NSET must precede the first *STEP")) << a.text;
   EXPECT_LT(errors_printed(a), 12u);
 }
 
@@ -499,10 +499,10 @@ TEST(Deck, what_is_said_twice_is_a_warning)
   EXPECT_TRUE(says(a, "replaces the value of n in "));
   EXPECT_TRUE(says(a, "material M has an *ELASTIC already; this one replaces it"));
   EXPECT_TRUE(says(a, "material M has a *DENSITY already; this one replaces it"));
-  EXPECT_TRUE(says(a, "for node 1, direction 1; the last value holds"));
-  EXPECT_FALSE(says(a, "direction 2; the last value holds"));     // the same value
+  EXPECT_TRUE(says(a, "for node 1, direction 1; the last value is used"));
+  EXPECT_FALSE(says(a, "direction 2; the last value is used"));     // the same value
   const Answer b = read("*PARAMETER\nn = 1\n" + twice + step, Defines{{"n", 2.0}});
-  EXPECT_FALSE(says(b, "replaces the value"));
+  EXPECT_FALSE(says(b, "replaces the value of n"));
 }
 
 TEST(Deck, nearly_incompressible_material_locks)
