@@ -110,6 +110,18 @@ struct RankLoad {              // work of one rank
   double memory = 0;                                 // peak, MB
 };
 
+struct WriteTime {             // of what is written at TIME INTERVAL
+  double next = 0.0;           // time of the next one
+  int inc = -1;                // increment of the last one
+};
+
+struct Progress {              // of the run, in wall seconds
+  bool terminal = false;       // a progress line is written
+  double wall = 0.0, last = 0.0;                     // start of the run; last line
+  double from = 0.0;           // simulated time at which the run started
+  double status_start = 0.0, status_last = 0.0;      // start of the run; from there, last row of JOB.sta
+};
+
 struct Output {
   std::string base;            // out_dir/JOB
   std::string from;            // restart file that the run continues; empty: none
@@ -120,12 +132,7 @@ struct Output {
   int row_written = -1;        // last row of history in the file
   VtkSeries series[VTK_KINDS];
   int vtk_frame = 0;
-  double vtk_next = 0.0;       // TIME INTERVAL: time of the next frame
-  int vtk_inc = -1;            // increment of the last frame
-  double frag_next = 0.0;      // the same of the table of fragments
-  int frag_inc = -1;
-  double restart_next = 0.0;   // TIME INTERVAL: time of the next restart file
-  int restart_inc = -1;        // increment of the last restart file
+  WriteTime vtk_time, frag_time, restart_time;       // of frames, tables of fragments, restart files
   std::vector<NearFace> near;  // rank 0, divided model: DivideBy::near, stored in a restart file
   std::vector<CheckResult> result;        // [Model::check]
   std::vector<RankLoad> ranks; // several ranks: filled before out_close
@@ -133,11 +140,8 @@ struct Output {
   std::size_t ero_written = 0; // entries of State::eroded that are in JOB.ero
   long ero_length = 0;         // of JOB.ero before them
   ErosionLog tip, tip_before;          // last broken element, and that before this increment
-  bool terminal = false;       // progress line
   std::FILE* sta = nullptr;    // JOB.sta, rank 0
-  double status_start = 0.0, status_last = 0.0;      // wall seconds: start of the run; from there, last row
-  double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
-  double progress_from = 0.0;  // time at which the run started
+  Progress progress;
 };
 
 // out_listing_open : JOB.lst; goes_on: append to the existing file

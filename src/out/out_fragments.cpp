@@ -53,7 +53,7 @@ void write_listing(std::FILE* file, double time, const Fragments& f)
 bool due(const FragmentsDef& d, const State& s, Output& out)
 {
   const bool by_number = d.frequency > 0 && s.log.inc_total % d.frequency == 0;
-  return out_interval(d.interval, s.n.time, out.frag_next) || by_number;
+  return out_interval(d.interval, s.n.time, out.frag_time.next) || by_number;
 }
 
 }  // namespace
@@ -70,12 +70,12 @@ void out_fragments(const Model& m, const Elements& el, const State& s, bool last
     out.frag = out_file_first(out.base + ".frag");
     write_header(out.frag);
   }
-  if (out.frag_inc != s.log.inc_total) {
+  if (out.frag_time.inc != s.log.inc_total) {
     for (size_t i = 0; i < f.item.size(); ++i)
       if (f.item[i].nelem + f.item[i].npoint > 0)
         write_line(out.frag, s.n.time, static_cast<int>(i), f.item[i]);
     out_file_flush(out.frag, out.base + ".frag");
-    out.frag_inc = s.log.inc_total;
+    out.frag_time.inc = s.log.inc_total;
   }
   if (!last) return;
   write_listing(out.lst, s.n.time, f);

@@ -28,7 +28,7 @@ bool vtk_due(const Model& m, const State& s, Output& out)
   if (!v.on) return false;
   const bool by_number = v.frequency > 0 && s.log.inc_total % v.frequency == 0;
   const bool every     = v.frequency <= 0 && v.interval <= 0.0;
-  const bool by_time   = out_interval(v.interval, s.n.time, out.vtk_next);
+  const bool by_time   = out_interval(v.interval, s.n.time, out.vtk_time.next);
   return by_number || every || by_time;
 }
 
@@ -59,8 +59,8 @@ int out_open(const Model& m, const Elements& el, const State& s, const ActiveGri
   const int errors = history_setup(m, el, s, out);
   if (errors > 0) return errors;
   history_open(out);
-  out.terminal      = comm_rank() == 0 && isatty(STDERR_FILENO) == 1;
-  out.progress_wall = timer_wall();
+  out.progress.terminal      = comm_rank() == 0 && isatty(STDERR_FILENO) == 1;
+  out.progress.wall = timer_wall();
   out_increment(m, el, s, grid, out);
   return 0;
 }
@@ -95,7 +95,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   const int last = static_cast<int>(out.history.rows.size()) - 1;
   if (out.row_written < last) history_write(out, last);
   out_file_close(out.his, out.base + ".his");
-  if (m.output.vtk.on && out.vtk_inc != s.log.inc_total) out_vtk(m, el, s, grid, out);
+  if (m.output.vtk.on && out.vtk_time.inc != s.log.inc_total) out_vtk(m, el, s, grid, out);
   out_fragments(m, el, s, true, out);
   if (out.ero) out_file_close(out.ero, out.base + ".ero");
   if (out.dat) out_file_close(out.dat, out.base + ".dat");

@@ -64,13 +64,13 @@ std::string out_clock_text(double seconds)
 // ---------------------------------------------------------------------------
 void out_progress(const Model& m, const State& s, Output& out)
 {
-  if (!out.terminal) return;
+  if (!out.progress.terminal) return;
   const double now = timer_wall();
-  if (now - out.progress_last < LINE_PAUSE) return;
-  out.progress_last = now;
+  if (now - out.progress.last < LINE_PAUSE) return;
+  out.progress.last = now;
   const double whole = out_whole_time(m), part = whole > 0.0 ? std::min(1.0, s.n.time / whole) : 0.0;
-  const double done = whole > 0.0 ? part - out.progress_from / whole : 0.0;
-  const double rest = done > 0.0 ? (now - out.progress_wall) * (1.0 - part) / done : 0.0;
+  const double done = whole > 0.0 ? part - out.progress.from / whole : 0.0;
+  const double rest = done > 0.0 ? (now - out.progress.wall) * (1.0 - part) / done : 0.0;
   char head[200], percent[20] = "";
   if (whole > 0.0) std::snprintf(percent, sizeof percent, " (%.0f %%)", 100.0 * part);
   std::snprintf(head, sizeof head, "step %d/%zu  increment %d  time %.5g%s  dt %.3g", s.log.step,
@@ -84,5 +84,5 @@ void out_progress(const Model& m, const State& s, Output& out)
 
 void out_progress_clear(Output& out)
 {
-  if (out.terminal) std::fprintf(stderr, "\033[K\r");
+  if (out.progress.terminal) std::fprintf(stderr, "\033[K\r");
 }

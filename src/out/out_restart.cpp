@@ -35,8 +35,8 @@ static void io(Archive& f, CheckResult& x)
 // state of the output; JOB.his is written again from its rows
 static void io(Archive& f, Output& x)
 {
-  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc,
-         x.frag_next, x.frag_inc, x.result, x.restart_next);
+  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_time.next,
+         x.vtk_time.inc, x.frag_time.next, x.frag_time.inc, x.result, x.restart_time.next);
 }
 
 namespace {
@@ -251,7 +251,7 @@ bool restart_due(const Model& m, const State& s, Output& out)
   const RestartDef& r = m.output.restart;
   bool due = clock_over(m.step[s.log.step - 1], s.clock);       // the end of a step
   if (r.frequency > 0) due = due || s.log.inc_total % r.frequency == 0;
-  return out_interval(r.interval, s.n.time, out.restart_next) || due;
+  return out_interval(r.interval, s.n.time, out.restart_time.next) || due;
 }
 
 // ---- reading -------------------------------------------------------------------
@@ -431,9 +431,9 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
 {
   if (!m.output.restart.write) return;
   const bool due = s.log.inc > 0 && restart_due(m, s, out);
-  if (!(due || now) || out.restart_inc == s.log.inc_total) return;
+  if (!(due || now) || out.restart_time.inc == s.log.inc_total) return;
   Timer timer(PHASE_OUTPUT);
-  out.restart_inc = s.log.inc_total;
+  out.restart_time.inc = s.log.inc_total;
   Lengths length;
   length.dat = length_of(out.dat, out.base + ".dat");
   length.ero = length_of(out.ero, out.base + ".ero");
@@ -567,9 +567,9 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
   for (int row = 0; row <= out.row_written; ++row)
     if (history_shown(m, out.history, row)) history_write(out, row);
   log_note("the run goes on from step %d, increment %d, time %.9g", s.log.step, s.log.inc, s.n.time);
-  out.terminal      = first && isatty(STDERR_FILENO) == 1;
-  out.progress_wall = timer_wall();
-  out.progress_from = s.n.time;
+  out.progress.terminal      = first && isatty(STDERR_FILENO) == 1;
+  out.progress.wall = timer_wall();
+  out.progress.from = s.n.time;
   out_status_row(m, s, out);
   return 0;
 }

@@ -20,7 +20,9 @@ const double PAUSE = 1.0;      // wall seconds between rows of explicit incremen
 const char* const column_titles =
     "STEP     INC  ATT ITERS    TOTAL_TIME     STEP_TIME            DT   BROKEN    POINTS         WALL";
 
-double seconds(const Output& out) { return timer_wall() - out.status_start; }
+double seconds(const Output& out) { return timer_wall() - out.progress.status_start; }
+
+bool paused(const Output& out) { return seconds(out) - out.progress.status_last >= PAUSE; }
 
 // is a row due? There may be millions of explicit increments: one per second, the first
 // and the last of a step
@@ -28,15 +30,15 @@ bool row_due(const Model& m, const State& s, const Output& out)
 {
   if (s.log.step == 0 || s.log.inc <= 1) return true;
   const Step& step = m.step[s.log.step - 1];
-  return !step.explicit_steps() || clock_over(step, s.clock) || seconds(out) - out.status_last >= PAUSE;
+  return !step.explicit_steps() || clock_over(step, s.clock) || paused(out);
 }
 
 void write_row(const State& s, const char* attempt, double t_step, double dt, Output& out)
 {
-  out.status_last = seconds(out);
+  out.progress.status_last = seconds(out);
   std::fprintf(out.sta, "%5d %7d %4s %5d %13.6e %13.6e %13.6e %8d %9d %12.2f\n", s.log.step, s.log.inc,
                attempt, s.log.iterations, s.n.time, t_step, dt, s.frac.neroded, s.points.npoint_all(),
-               out.status_last);
+               out.progress.status_last);
   out_file_flush(out.sta, out.base + ".sta");
 }
 
@@ -137,7 +139,7 @@ void print_rows(std::FILE* file, const StatusFile& f, bool running, double age)
 // ---------------------------------------------------------------------------
 void out_status_open(const Model& m, bool goes_on, Output& out)
 {
-  out.status_start = timer_wall();
+  out.progress.status_start = timer_wall();
   if (comm_rank() > 0) return;
   char host[256] = "";
   gethostname(host, sizeof host - 1);

@@ -491,5 +491,5 @@ void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGri
   write_bonds(m, s, out);
   write_grid(m, s, grid, out);
   ++out.vtk_frame;
-  out.vtk_inc = s.log.inc_total;
+  out.vtk_time.inc = s.log.inc_total;
 }

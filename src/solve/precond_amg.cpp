@@ -25,6 +25,18 @@ struct Target {
   int first, stride;               // of its entries; from row to row
 };
 
+struct BlockExchange {             // several ranks: blocks of M that ranks send to one another
+  std::vector<IntVec> to;          // [ranks] blocks that a rank needs, 3 k + Kind
+  std::vector<Target> target;      // positions in the entries of the blocks received, rank by rank
+  IntVec received;                 // [ranks] number of blocks received
+};
+
+struct CoarseAge {                 // of the coarse matrices
+  bool kept = false;               // they belong to an earlier matrix
+  double digit = 0.0;              // iterations per digit when they were new
+  double extra = 0.0;              // additional iterations since then
+};
+
 }  // namespace
 
 // A hierarchy of PETSc (GAMG). Its finest level uses the matrix and the incomplete factor of this program
@@ -45,11 +57,7 @@ struct AmgData {
   IntVec block_off;                // [n+1]
   IntVec source;                   // [blocks of the rows] 2 k: block k of M, 2 k + 1: transposed
   IntVec number;                   // [blocks of the rows] column, numbered over all ranks
-  // several ranks: [ranks] blocks of M that a rank needs, 3 k + Kind; positions in entry of the blocks
-  // received, rank by rank; [ranks] number of blocks received
-  std::vector<IntVec> to;
-  std::vector<Target> target;
-  IntVec come;
+  BlockExchange blocks;
   IntVec entry_off, entry_col;     // the same for scalar equations
   RealVec entry;                   // their values, of the matrix with this stamp:
   long stamp = -1;
@@ -59,9 +67,7 @@ struct AmgData {
   Vec in = nullptr, out = nullptr;
   RealVec x, y;                    // [M.neq]
   RealVec r, z;                    // [n*dim] several ranks
-  bool kept = false;               // the coarse matrices belong to an earlier matrix
-  double digit = 0.0;              // iterations per digit when they were new
-  double extra = 0.0;              // additional iterations since then
+  CoarseAge age;
 };
 
 AmgData::~AmgData()
@@ -108,9 +114,9 @@ void list_blocks_of_all(const SysMatrix& M, const RowNumbers& rows, AmgData& d)
   const int ranks = comm_size(), first = rows.first[comm_rank()];
   const IntVec &number = rows.number, &owner = M.halo.owner;
   std::vector<std::vector<std::pair<int, int>>> name(ranks);
-  d.to.assign(ranks, IntVec());
+  d.blocks.to.assign(ranks, IntVec());
   const auto give = [&](int I, int J, int k, Kind kind) {
-    d.to[owner[I]].push_back(3 * k + kind);
+    d.blocks.to[owner[I]].push_back(3 * k + kind);
     name[owner[I]].emplace_back(number[I], number[J]);
   };
   for (int I = 0; I < M.nrow; ++I)
@@ -138,12 +144,12 @@ void list_blocks_of_all(const SysMatrix& M, const RowNumbers& rows, AmgData& d)
   }
   std::partial_sum(d.block_off.begin(), d.block_off.end(), d.block_off.begin());
   for (const IntVec& list : come) {
-    d.come.push_back(static_cast<int>(list.size() / 2));
+    d.blocks.received.push_back(static_cast<int>(list.size() / 2));
     for (size_t k = 0; k < list.size(); k += 2) {
       const int I = list[k], begin = d.block_off[I], end = d.block_off[I + 1];
       const auto at = std::lower_bound(d.number.begin() + begin, d.number.begin() + end, list[k + 1]);
       const int index = static_cast<int>(at - d.number.begin()) - begin;
-      d.target.push_back({begin * D * D + index * D, (end - begin) * D});
+      d.blocks.target.push_back({begin * D * D + index * D, (end - begin) * D});
     }
   }
 }
@@ -198,19 +204,19 @@ void fill_entries_of_all(const SysMatrix& M, AmgData& d)
   };
   for (int r = 0; r < ranks; ++r) {
     if (r == me) continue;
-    for (int code : d.to[r]) {
+    for (int code : d.blocks.to[r]) {
       expand(code);
       send[r].insert(send[r].end(), block, block + DD);
     }
-    from[r].resize(static_cast<size_t>(d.come[r]) * DD);
+    from[r].resize(static_cast<size_t>(d.blocks.received[r]) * DD);
   }
   comm_exchange(send, from);
   std::fill(d.entry.begin(), d.entry.end(), 0.0);
-  const Target* next = d.target.data();
+  const Target* next = d.blocks.target.data();
   for (int r = 0; r < ranks; ++r) {
     for (size_t k = 0; k < from[r].size(); k += DD) add_entries<D>(&from[r][k], *next++, d);
     if (r != me) continue;
-    for (int code : d.to[me]) {
+    for (int code : d.blocks.to[me]) {
       expand(code);
       add_entries<D>(block, *next++, d);
     }
@@ -598,10 +604,10 @@ bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::f
   }
   AmgData& d = *data;
   take_matrix(M, own, L, d);
-  d.kept     = d.stamp != stamp;
-  if (!d.kept || d.extra <= SETUP_AGAIN) return true;
-  d.kept  = false;
-  d.digit = d.extra = 0.0;
+  d.age.kept     = d.stamp != stamp;
+  if (!d.age.kept || d.age.extra <= SETUP_AGAIN) return true;
+  d.age.kept  = false;
+  d.age.digit = d.age.extra = 0.0;
   d.stamp = stamp;
   fill_entries(d);
   if (!comm_allreduce_max(!renew_hierarchy(d))) return true;
@@ -634,19 +640,19 @@ bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho)
 bool amg_count(AmgData& d, const CgDone& done)
 {
   if (!done.good) {
-    d.extra = 2.0 * SETUP_AGAIN;
-    return d.kept;
+    d.age.extra = 2.0 * SETUP_AGAIN;
+    return d.age.kept;
   }
   const double digits = done.end > 0.0 ? std::max(1.0, std::log10(done.first / done.end)) : 16.0;
-  if (!d.kept && d.digit == 0.0) d.digit = done.iterations / digits;
-  d.extra += std::max(0.0, done.iterations - d.digit * digits);
+  if (!d.age.kept && d.age.digit == 0.0) d.age.digit = done.iterations / digits;
+  d.age.extra += std::max(0.0, done.iterations - d.age.digit * digits);
   return false;
 }
 
 double amg_memory(const AmgData& d)
 {
   return static_cast<double>((d.source.capacity() + d.number.capacity() + d.entry_col.capacity() +
-                              d.entry_off.capacity() + 2 * d.target.capacity()) * sizeof(int) +
+                              d.entry_off.capacity() + 2 * d.blocks.target.capacity()) * sizeof(int) +
                              d.val.capacity() * sizeof(float) + d.level_bytes +
                              (d.entry.capacity() + d.x.capacity() + d.y.capacity()) * sizeof(double));
 }

@@ -419,7 +419,7 @@ void share_warned(Problem& p)
 // grid; this one forgets them, so that both go on alike to the last bit. Collective.
 void forget_grid(Problem& p, const Output& out)
 {
-  if (comm_bcast(static_cast<int>(out.restart_inc == p.st.log.inc_total)) == 0) return;
+  if (comm_bcast(static_cast<int>(out.restart_time.inc == p.st.log.inc_total)) == 0) return;
   p.newton.grid = GridVelocity();
   p.stable.step = 0;
   p.stable.found.step = -1;
