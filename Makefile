@@ -40,9 +40,12 @@ UNIT_SRC := $(wildcard verification/unit/*.cpp)
 OBJ      := $(SRC:%.cpp=$(BUILD)/%.o)
 MAIN_OBJ := $(BUILD)/src/main.o
 UNIT_OBJ := $(UNIT_SRC:%.cpp=$(BUILD)/%.o)
-# a folder of src as one file, where a machine file wants it so: ROOMS=yes
+# A folder of src as one file costs half the time of a first build, each file as its own is quicker afterwards:
+# `make ROOMS=no` once, and it stays so while its objects are there.
+ROOMS ?= $(if $(wildcard $(BUILD)/src/deck/*.o),no,yes)
+ALONE := src/base/cpu_check.cpp
 ifeq ($(ROOMS),yes)
-OBJ      := $(patsubst src/%/,$(BUILD)/rooms/%.o,$(sort $(dir $(SRC))))
+OBJ      := $(patsubst src/%/,$(BUILD)/rooms/%.o,$(sort $(dir $(SRC)))) $(ALONE:%.cpp=$(BUILD)/%.o)
 endif
 
 # GCC 12 takes the undefined vectors of its own AVX-512 headers for mistakes of Eigen (GCC bug 105593)
@@ -92,13 +95,13 @@ $(BUILD)/%.o: %.cpp $(BUILD)/compile.txt
 	$(Q)$(COMPILE) $(COMMON) -c $< -o $@
 
 ifeq ($(ROOMS),yes)
-$(OBJ): %.o: %.cpp $(BUILD)/compile.txt
+$(filter $(BUILD)/rooms/%,$(OBJ)): %.o: %.cpp $(BUILD)/compile.txt
 	$(call say,CXX,$<)
 	$(Q)$(COMPILE) -c $< -o $@
 
-$(OBJ:.o=.cpp): $(BUILD)/rooms/%.cpp: FORCE
+$(patsubst %.o,%.cpp,$(filter $(BUILD)/rooms/%,$(OBJ))): $(BUILD)/rooms/%.cpp: FORCE
 	@mkdir -p $(@D)
-	@printf '#include "../../../%s"\n' $(filter src/$*/%,$(SRC)) > $@.now
+	@printf '#include "../../../%s"\n' $(filter-out $(ALONE),$(filter src/$*/%,$(SRC))) > $@.now
 	@cmp -s $@.now $@ && rm $@.now || mv $@.now $@
 endif
 

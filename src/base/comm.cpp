@@ -16,8 +16,8 @@
 
 namespace {
 
-int rank = 0, size = 1;
-int started = 1;               // ranks of the launcher, of which size work and the others wait
+int rank = 0, nranks = 1;
+int started = 1;               // ranks of the launcher, of which nranks work and the others wait
 MPI_Comm world = MPI_COMM_NULL;      // the working ranks
 
 // if ranks need no network, MPI need not probe the devices of the bus: saves 0.02 s of each start
@@ -83,13 +83,13 @@ bool one_machine()
 void add_parts(const RealVec& part, int n, double* x)
 {
   std::copy(part.begin(), part.begin() + n, x);
-  for (int r = 1; r < size; ++r)
+  for (int r = 1; r < nranks; ++r)
     for (int i = 0; i < n; ++i) x[i] += part[static_cast<size_t>(r) * n + i];
 }
 
 void sum_short(double* x, int n)
 {
-  RealVec part(static_cast<size_t>(n) * size);
+  RealVec part(static_cast<size_t>(n) * nranks);
   MPI_Allgather(x, n, MPI_DOUBLE, part.data(), n, MPI_DOUBLE, world);
   add_parts(part, n, x);
 }
@@ -97,16 +97,16 @@ void sum_short(double* x, int n)
 // each rank sums its slice of x, and sends it to all
 void sum_slices(double* x, int n)
 {
-  IntVec count(size), first(size), mine(size), place(size);
-  for (int r = 0; r < size; ++r) {
-    first[r] = static_cast<int>(static_cast<long>(n) * r / size);
-    count[r] = static_cast<int>(static_cast<long>(n) * (r + 1) / size) - first[r];
+  IntVec count(nranks), first(nranks), mine(nranks), place(nranks);
+  for (int r = 0; r < nranks; ++r) {
+    first[r] = static_cast<int>(static_cast<long>(n) * r / nranks);
+    count[r] = static_cast<int>(static_cast<long>(n) * (r + 1) / nranks) - first[r];
   }
-  for (int r = 0; r < size; ++r) {
+  for (int r = 0; r < nranks; ++r) {
     mine[r]  = count[rank];
     place[r] = count[rank] * r;
   }
-  RealVec part(static_cast<size_t>(count[rank]) * size);
+  RealVec part(static_cast<size_t>(count[rank]) * nranks);
   MPI_Alltoallv(x, count.data(), first.data(), MPI_DOUBLE, part.data(), mine.data(), place.data(), MPI_DOUBLE,
                 world);
   add_parts(part, count[rank], x + first[rank]);
@@ -137,8 +137,8 @@ void comm_open(int* argc, char*** argv)
   MPI_Init(argc, argv);
   world = MPI_COMM_WORLD;
   MPI_Comm_rank(world, &rank);
-  MPI_Comm_size(world, &size);
-  started = size;
+  MPI_Comm_size(world, &nranks);
+  started = nranks;
   if (const char* text = std::getenv("MPFE_COMM_PIECE")) piece = std::max(8L, std::atol(text) / 8 * 8);
 }
 
@@ -151,21 +151,21 @@ void comm_close()
 }
 
 int comm_rank() { return rank; }
-int comm_size() { return size; }
+int comm_size() { return nranks; }
 int comm_started() { return started; }
 
 bool comm_keep(int n)
 {
-  if (n >= size) return true;
+  if (n >= nranks) return true;
   const bool works = rank < n;
   MPI_Comm_split(MPI_COMM_WORLD, works ? 0 : MPI_UNDEFINED, rank, &world);
-  size = works ? n : 1;
+  nranks = works ? n : 1;
   return works;
 }
 
 int comm_end(int code)
 {
-  if (started == size) return code;
+  if (started == nranks) return code;
   const timespec nap = {0, 10 * 1000 * 1000};        // 0.01 s: MPI_Wait would keep the core busy
   MPI_Request request;
   MPI_Ibcast(&code, 1, MPI_INT, 0, MPI_COMM_WORLD, &request);
@@ -182,19 +182,19 @@ int comm_fortran(bool all)
   int begun = 0;
   MPI_Initialized(&begun);
   if (!begun) MPI_Init(nullptr, nullptr);
-  return MPI_Comm_c2f(all && size > 1 ? world : MPI_COMM_SELF);
+  return MPI_Comm_c2f(all && nranks > 1 ? world : MPI_COMM_SELF);
 }
 
-CommAlone::CommAlone() : rank(::rank), size(::size)
+CommAlone::CommAlone() : rank(::rank), size(::nranks)
 {
   ::rank = 0;
-  ::size = 1;
+  ::nranks = 1;
 }
 
 CommAlone::~CommAlone()
 {
   ::rank = rank;
-  ::size = size;
+  ::nranks = size;
 }
 
 void comm_stop(int code)
@@ -206,14 +206,14 @@ void comm_stop(int code)
 
 void comm_bcast(double* x, int n)
 {
-  if (size == 1) return;
+  if (nranks == 1) return;
   Timer timer(PHASE_COMM);
   broadcast(x, 8L * n, 0);
 }
 
 void comm_bcast(std::string& bytes)
 {
-  if (size == 1) return;
+  if (nranks == 1) return;
   Timer timer(PHASE_COMM);
   long length = static_cast<long>(bytes.size());
   MPI_Bcast(&length, 1, MPI_LONG, 0, world);
@@ -223,7 +223,7 @@ void comm_bcast(std::string& bytes)
 
 int comm_bcast(int x)
 {
-  if (size == 1) return x;
+  if (nranks == 1) return x;
   Timer timer(PHASE_COMM);
   MPI_Bcast(&x, 1, MPI_INT, 0, world);
   return x;
@@ -252,7 +252,7 @@ void comm_receive(std::string& bytes, int from)
 
 int comm_allreduce_max(int x)
 {
-  if (size == 1) return x;
+  if (nranks == 1) return x;
   Timer timer(PHASE_COMM);
   int most = x;
   MPI_Allreduce(&x, &most, 1, MPI_INT, MPI_MAX, world);
@@ -261,16 +261,16 @@ int comm_allreduce_max(int x)
 
 void comm_sum(double* x, long n)
 {
-  if (size == 1) return;
+  if (nranks == 1) return;
   Timer timer(PHASE_COMM);
   // two ranks: slices would send as many numbers in two messages
-  const bool small = size == 2 || n * size < SHORT;
+  const bool small = nranks == 2 || n * nranks < SHORT;
   each_piece(8 * n, [&](long at, int bytes) { (small ? sum_short : sum_slices)(x + at / 8, bytes / 8); });
 }
 
 void comm_max(double* x, long n)
 {
-  if (size == 1) return;
+  if (nranks == 1) return;
   Timer timer(PHASE_COMM);
   each_piece(8 * n, [&](long at, int bytes) {
     MPI_Allreduce(MPI_IN_PLACE, x + at / 8, bytes / 8, MPI_DOUBLE, MPI_MAX, world);
@@ -281,24 +281,24 @@ void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from)
 {
   Timer timer(PHASE_COMM);
   std::vector<MPI_Request> request;
-  for (int r = 0; r < size; ++r)
+  for (int r = 0; r < nranks; ++r)
     if (r != rank) receive(from[r].data(), 8L * static_cast<long>(from[r].size()), r, request);
-  for (int r = 0; r < size; ++r)
+  for (int r = 0; r < nranks; ++r)
     if (r != rank) send(to[r].data(), 8L * static_cast<long>(to[r].size()), r, request);
   wait_all(request);
 }
 
 void comm_allgatherv(RealVec& x, const IntVec& count)
 {
-  if (size == 1) return;
+  if (nranks == 1) return;
   Timer timer(PHASE_COMM);
   if (8 * static_cast<long>(x.size()) > piece) {     // MPI's offsets are int too
     long at = 0;
-    for (int r = 0; r < size; at += count[r++]) broadcast(x.data() + at, 8L * count[r], r);
+    for (int r = 0; r < nranks; at += count[r++]) broadcast(x.data() + at, 8L * count[r], r);
     return;
   }
-  IntVec first(size, 0);
-  for (int r = 1; r < size; ++r) first[r] = first[r - 1] + count[r - 1];
+  IntVec first(nranks, 0);
+  for (int r = 1; r < nranks; ++r) first[r] = first[r - 1] + count[r - 1];
   MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x.data(), count.data(), first.data(), MPI_DOUBLE,
                  world);
 }
@@ -316,9 +316,9 @@ void comm_raw(const std::vector<const void*>& to, const std::vector<long>& out,
 {
   Timer timer(PHASE_COMM);
   std::vector<MPI_Request> request;
-  for (int r = 0; r < size; ++r)
+  for (int r = 0; r < nranks; ++r)
     if (r != rank) receive(from[r], in[r], r, request);
-  for (int r = 0; r < size; ++r)
+  for (int r = 0; r < nranks; ++r)
     if (r != rank) send(to[r], out[r], r, request);
   if (in[rank] > 0) std::memcpy(from[rank], to[rank], static_cast<size_t>(in[rank]));
   wait_all(request);

@@ -2,7 +2,7 @@
 
 namespace {
 
-const char* const words = "TABULAR|SMOOTH STEP|STEFFEN|AKIMA|CUBIC|EXPRESSION";
+const char* const DEFINITIONS = "TABULAR|SMOOTH STEP|STEFFEN|AKIMA|CUBIC|EXPRESSION";
 
 // t1, y1, t2, y2, ... over any number of lines
 void read_table(Card& card, Amplitude& a)
@@ -38,7 +38,7 @@ void kw_amplitude(Card& card, Model& model)
   a.name  = card_param_name(card, "NAME");
   a.place = card_place(card);
   a.total_time = card_param_word(card, "TIME", "STEP TIME|TOTAL TIME", 0) == 1;
-  const int kind = card_param_word(card, "DEFINITION", words, 0);
+  const int kind = card_param_word(card, "DEFINITION", DEFINITIONS, 0);
   a.kind = static_cast<AmplitudeKind>(kind < 0 ? 0 : kind);
   if (a.kind == AMP_EXPRESSION) {
     for (const char* shift : {"SHIFTX", "SHIFTY"})

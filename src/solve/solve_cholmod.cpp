@@ -41,8 +41,7 @@ ChmData::~ChmData()
 
 namespace {
 
-const double ZERO_PIVOT = 3e-12;     // of the diagonal of A in the same equation, as for the skyline
-const int TOGETHER      = 16;        // right-hand sides solved together: more are no cheaper
+const int TOGETHER = 16;        // right-hand sides solved together: more are no cheaper
 
 // CHOLMOD starts four OpenMP threads in each supernode, whatever the user has set; they make the
 // factorisation 1.5 times as expensive

@@ -16,6 +16,8 @@
 #include "base/timer.h"
 #include "solve/solve.h"
 
+const double ZERO_PIVOT = 3e-12;    // skyline, CHOLMOD: relative to the diagonal of A in the same equation
+
 // with_dim : calls use(integral constant) for blocks of this size
 template <class Use>
 auto with_dim(int dim, Use use)

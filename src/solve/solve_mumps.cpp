@@ -39,7 +39,7 @@ enum Order { ORDER_GIVEN = 1, ORDER_AMF = 2, ORDER_CHOOSE = 7 };      // ICNTL(7
 
 const int RELAX         = 20;        // percent of workspace above the estimate, at first
 const int RELAX_MOST    = 640;
-const double ZERO_PIVOT = 1e-12;     // relative to the norm of A scaled to unit diagonal
+const double NULL_PIVOT = 1e-12;     // relative to the norm of A scaled to unit diagonal
 
 // numbering as in the manual of MUMPS
 MUMPS_INT& icntl(MumpsData& m, int i) { return m.id.icntl[i - 1]; }
@@ -229,7 +229,7 @@ void open_instance(Solver& s)
   icntl(m, 13) = 1;
   icntl(m, 14) = RELAX;
   icntl(m, 24) = 1;
-  cntl(m, 3)   = ZERO_PIVOT;
+  cntl(m, 3)   = NULL_PIVOT;
 }
 
 // ---- divided model ---------------------------------------------------------

@@ -7,8 +7,7 @@
 
 namespace {
 
-const double ZERO_PIVOT = 3e-12;    // relative to the diagonal of A in the same equation
-// the same where a zero pivot is no error. In G3 (contact/g3_walls) pivots of free motions are up to 7e-12,
+// as ZERO_PIVOT, where a zero pivot is no error. In G3 (contact/g3_walls) pivots of free motions are up to 7e-12,
 // all others above 1e-6; a missed one causes a spurious motion, a false one costs an iteration
 const double NO_ERROR = 1e-10;
 const double FIXED = 1e200;         // pivot of an unknown that is fixed
