@@ -163,7 +163,7 @@ bool card_line(Card& c)
   c.field.clear();
   bool keyword = false;
   if (!deck_peek(*c.deck, keyword) || keyword) return false;
-  c.errors_line = c.deck->errors;
+  c.errors_line = c.deck->messages.errors;
   deck_split(*c.deck, true, c.field, c.whole, c.comma);
   c.open = true;
   return true;
@@ -189,12 +189,12 @@ bool card_text(Card& c, std::string& text)
 }
 
 bool card_more(const Card& c) { return c.open && c.next < c.field.size(); }
-bool card_good(const Card& c) { return c.deck->errors == c.errors_line; }
+bool card_good(const Card& c) { return c.deck->messages.errors == c.errors_line; }
 
 void card_end(Card& c)
 {
   if (!card_line(c)) return;
-  if (c.deck->errors == c.errors_before)
+  if (c.deck->messages.errors == c.errors_before)
     card_error(c, c.whole, "this data line is left over; *" + c.head.word + " reads no further line");
   c.next = c.field.size();
   while (card_line(c)) c.next = c.field.size();
@@ -206,7 +206,7 @@ Field card_field(Card& c, const char* name)
 {
   if (!c.open && !card_line(c)) {
     card_error(c, c.head.at, std::string("a data line with ") + name + " must follow");
-    c.errors_line = c.deck->errors - 1;
+    c.errors_line = c.deck->messages.errors - 1;
     return c.head.at;
   }
   if (c.next < c.field.size() && !c.field[c.next].empty()) return c.field[c.next++];
@@ -267,9 +267,9 @@ int card_dof(Card& c, const Model& m, const char* name)
 {
   const Field f = card_field(c, name);
   if (!c.open || f.empty()) return -1;
-  const int errors = c.deck->errors;
+  const int errors = c.deck->messages.errors;
   const int dof = int_of(c, f, name, 1, m.dim) - 1;
-  return c.deck->errors == errors ? dof : -1;
+  return c.deck->messages.errors == errors ? dof : -1;
 }
 
 std::array<double, 3> card_direction(Card& c, const Model& m, const char* name)
@@ -388,7 +388,7 @@ bool card_param_expr(Card& c, const char* name, Expr& out)
 bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& name)
 {
   const double value = expr_eval(where, X, 0.0);
-  if (!std::isfinite(value) && c.deck->errors == c.errors_before)
+  if (!std::isfinite(value) && c.deck->messages.errors == c.errors_before)
     card_error(c, card_param(c, "WHERE")->value, "WHERE is not a finite number at " + name + " " +
                position_text(X, dim) + ": check roots, logarithms and divisions");
   return value != 0.0;
@@ -494,7 +494,7 @@ void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run)
   c.deck->later[stage].push_back(std::move(l));
 }
 
-Material& card_parent_material(Card& c, Model& m) { return m.material[c.deck->material]; }
+Material& card_parent_material(Card& c, Model& m) { return m.material[c.deck->open.material]; }
 
 void card_temperature(Card& c)
 {

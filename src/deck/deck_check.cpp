@@ -61,8 +61,8 @@ void warn(Deck& d, const char* keyword, const Place& place, const std::string& w
 Place element_line(const Deck& d, int e)
 {
   Place p;
-  p.file = d.file[d.elem_spot[e].file].path;
-  p.line = d.elem_spot[e].line;
+  p.file = d.file[d.labels.elem_spot[e].file].path;
+  p.line = d.labels.elem_spot[e].line;
   return p;
 }
 
@@ -103,7 +103,8 @@ std::string reversed_nodes(const Model& m, Shape shape, const int* node)
 // keyword that created an element
 const char* keyword_of(const Deck& d, int e)
 {
-  const std::string line = text_upper(deck_line_text(d, d.elem_spot[e].file, d.elem_spot[e].line));
+  const Spot& spot       = d.labels.elem_spot[e];
+  const std::string line = text_upper(deck_line_text(d, spot.file, spot.line));
   return line.find("*BLOCK") != std::string::npos      ? "BLOCK"
          : line.find("*CYLINDER") != std::string::npos ? "CYLINDER"
                                                        : "ELEMENT";
@@ -180,8 +181,8 @@ void check_element(Deck& d, const Model& m, int e)
 
 void check_elements(Deck& d, const Model& m)
 {
-  const int limit = d.errors + 100;
-  for (int e = 0; e < m.mesh.nelem() && d.errors < limit; ++e) check_element(d, m, e);
+  const int limit = d.messages.errors + 100;
+  for (int e = 0; e < m.mesh.nelem() && d.messages.errors < limit; ++e) check_element(d, m, e);
 }
 
 void check_sets(Deck& d, const Model& m)
@@ -923,7 +924,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
 // ---------------------------------------------------------------------------
 void deck_check(Deck& d, Model& m)
 {
-  const bool read_well = d.errors == 0;
+  const bool read_well = d.messages.errors == 0;
   check_elements(d, m);
   const IntVec body = body_of_elements(d, m);
   if (read_well) check_missing(d, m, body);

@@ -53,16 +53,16 @@ int deck_dimension(const std::string& path)
 // ---------------------------------------------------------------------------
 bool deck_same_dimension(Deck& d, const Field& at, const std::string& name, int dim)
 {
-  if (d.dim_first == 0) {
-    d.dim_first = dim;
-    d.dim_what  = name;
-    d.dim_spot  = Spot{at.file, at.line};
+  if (d.dimension.first == 0) {
+    d.dimension.first = dim;
+    d.dimension.name  = name;
+    d.dimension.spot  = Spot{at.file, at.line};
   }
-  if (d.dim_first == dim) return true;
+  if (d.dimension.first == dim) return true;
   const char* const word[2] = {"two", "three"};
   deck_error(d, at,
-             name + " has " + word[dim - 2] + " dimensions, but " + d.dim_what + " of " +
-                 spot_text(d, d.dim_spot) + " has " + word[d.dim_first - 2] +
+             name + " has " + word[dim - 2] + " dimensions, but " + d.dimension.name + " of " +
+                 spot_text(d, d.dimension.spot) + " has " + word[d.dimension.first - 2] +
                  "; all elements and the grid of a deck must have the same dimension");
   return false;
 }

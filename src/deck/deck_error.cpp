@@ -62,10 +62,10 @@ void add_message(Deck& d, bool warning, const Field& at, const std::string& text
   if (at.number > 0) m.text += text_format(", field %d", at.number);
   m.text += "\n" + echo(d, at) + "  " + text + "  (" + page(d.word) + ")";
   // the same line may be checked in each step
-  if (!d.told.insert(std::hash<std::string>()(m.text + (warning ? "w" : "e"))).second) return;
+  if (!d.messages.texts.insert(std::hash<std::string>()(m.text + (warning ? "w" : "e"))).second) return;
   m.kind = kind_of(d, warning, at, text);
-  if (++d.of_kind[m.kind] > max_of_kind || d.message.size() >= max_stored) return;
-  d.message.push_back(m);
+  if (++d.messages.of_kind[m.kind] > max_of_kind || d.messages.first.size() >= max_stored) return;
+  d.messages.first.push_back(m);
 }
 
 // edit distance of two words: substitutions, deletions, insertions, transpositions
@@ -162,13 +162,13 @@ std::string text_suggest(const std::string& word, const std::vector<std::string>
 
 void deck_error(Deck& d, const Field& at, const std::string& text)
 {
-  ++d.errors;
+  ++d.messages.errors;
   add_message(d, false, at, text);
 }
 
 void deck_warn(Deck& d, const Field& at, const std::string& text)
 {
-  ++d.warnings;
+  ++d.messages.warnings;
   add_message(d, true, at, text);
 }
 
@@ -178,7 +178,7 @@ void deck_warn(Deck& d, const Field& at, const std::string& text)
 // ---------------------------------------------------------------------------
 void deck_print_messages(const Deck& d)
 {
-  std::vector<Message> list = d.message;
+  std::vector<Message> list = d.messages.first;
   std::stable_sort(list.begin(), list.end(), [](const Message& a, const Message& b) {
     if (a.warning != b.warning) return b.warning;
     return a.file != b.file ? a.file < b.file : a.line < b.line;
@@ -187,12 +187,12 @@ void deck_print_messages(const Deck& d)
   int printed[2] = {0, 0}, hidden[2] = {0, 0};
   for (const Message& m : list) {
     if (++printed[m.warning] > max_printed) continue;
-    const int more = ++shown[m.kind] == max_of_kind ? d.of_kind.at(m.kind) - max_of_kind : 0;
+    const int more = ++shown[m.kind] == max_of_kind ? d.messages.of_kind.at(m.kind) - max_of_kind : 0;
     const std::string tail = more > 0 ? text_format("\n  and %d more of this kind", more) : "";
     if (m.warning) log_warn("%s%s", m.text.c_str(), tail.c_str());
     else log_error("%s%s", m.text.c_str(), tail.c_str());
   }
-  for (const auto& k : d.of_kind) {
+  for (const auto& k : d.messages.of_kind) {
     const auto s = shown.find(k.first);
     if (s == shown.end() || s->second < max_of_kind)
       hidden[k.first[0] == 'w'] += k.second - (s == shown.end() ? 0 : s->second);

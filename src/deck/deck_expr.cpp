@@ -64,7 +64,7 @@ bool unknown_name(const Deck& d, const std::string& text, bool with_xyzt, std::s
       const std::size_t first = i;
       while (i < text.size() && name_char(text[i])) ++i;
       name = text.substr(first, i - first);
-      const bool known = is_function(name) || d.param.count(name) ||
+      const bool known = is_function(name) || d.params.value.count(name) ||
                          (is_reserved(name) && (with_xyzt || name.size() > 1));
       position = static_cast<int>(first);
       if (!known) return true;
@@ -82,7 +82,7 @@ void note_use(Deck& d, const std::string& text)
     if (i < text.size() && name_char(text[i])) {
       name += text[i];
     } else {
-      if (!name.empty()) d.used.insert(name);
+      if (!name.empty()) d.params.used.insert(name);
       name.clear();
     }
   }
@@ -91,7 +91,7 @@ void note_use(Deck& d, const std::string& text)
 std::vector<std::string> known_names(const Deck& d, bool with_xyzt)
 {
   std::vector<std::string> list;
-  for (const auto& p : d.param) list.push_back(p.first);
+  for (const auto& p : d.params.value) list.push_back(p.first);
   if (with_xyzt) list.insert(list.end(), {"x", "y", "z", "t"});
   list.push_back("pi");
   return list;
@@ -146,7 +146,7 @@ bool deck_scalar(Deck& d, const Field& at, int offset, const std::string& text, 
   if (!well_formed(text, error, position)) return report(d, at, offset, text, error, position, 1), false;
   if (!names_are_known(d, at, offset, text, false)) return false;
   double v = 0.0;
-  if (!expr_scalar(text, d.param, v, error, position))
+  if (!expr_scalar(text, d.params.value, v, error, position))
     return report(d, at, offset, text, error, position, 1), false;
   if (!std::isfinite(v)) {
     report(d, at, offset, text, "the value is not a finite number (division by zero?)", 0,
@@ -165,7 +165,7 @@ bool deck_function(Deck& d, const Field& at, const std::string& text, Expr& out)
   note_use(d, text);
   if (!well_formed(text, error, position)) return report(d, at, 1, text, error, position, 1), false;
   if (!names_are_known(d, at, 1, text, true)) return false;
-  if (!expr_compile(text, d.param, out, error, position))
+  if (!expr_compile(text, d.params.value, out, error, position))
     return report(d, at, 1, text, error, position, 1), false;
   return true;
 }

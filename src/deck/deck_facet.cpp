@@ -74,17 +74,20 @@ int facet_nodes(const std::string& type, int dim, int& corners)
 
 void facet_add(Deck& d, int label, const Facet& f)
 {
-  d.facet_index[label] = static_cast<int>(d.facet.size());
-  d.facet.push_back(f);
+  d.facets.index[label] = static_cast<int>(d.facets.list.size());
+  d.facets.list.push_back(f);
 }
 
 void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place)
 {
   if (item.empty()) return;
   IntVec node;
-  for (int i : item) node.insert(node.end(), d.facet[i].node, d.facet[i].node + d.facet[i].n);
+  for (int i : item) {
+    const Facet& facet = d.facets.list[i];
+    node.insert(node.end(), facet.node, facet.node + facet.n);
+  }
   set_merge(m.nset, name, node, place);
-  set_merge(d.facet_set, name, item, place);
+  set_merge(d.facets.set, name, item, place);
 }
 
 // ---------------------------------------------------------------------------
@@ -93,20 +96,20 @@ void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, c
 // ---------------------------------------------------------------------------
 void facet_surfaces(Deck& d, Model& m)
 {
-  if (d.facet_set.empty() || !m.step.empty()) return;
+  if (d.facets.set.empty() || !m.step.empty()) return;
   const std::map<Corners, Face> outer = outer_faces(d, m);
   d.word = "ELEMENT";
-  for (const Set& set : d.facet_set) {
+  for (const Set& set : d.facets.set) {
     Surface s;
     s.name  = set.name;
     s.place = set.place;
     for (int i : set.item) {
-      const auto f = outer.find(sorted(d.facet[i].corners, d.facet[i].node));
+      const auto f = outer.find(sorted(d.facets.list[i].corners, d.facets.list[i].node));
       if (f != outer.end()) s.face.push_back(f->second);
     }
     if (s.face.empty()) continue;                    // edges in space, or inside the mesh: node set only
     if (model_find_surface(m, s.name) >= 0) continue;      // defined by *SURFACE
-    if (s.face.size() < set.item.size() && d.absent_elem.empty())
+    if (s.face.size() < set.item.size() && d.absent.elem.empty())
       deck_warn(d, deck_field(d, set.place, set.name),
                 text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) +
                     set.name + " are not outer faces of the mesh; surface " + set.name + " has the others");
@@ -117,8 +120,8 @@ void facet_surfaces(Deck& d, Model& m)
 void absent_report(Deck& d)
 {
   d.word = "ELEMENT";
-  for (const Absent& a : d.absent)
+  for (const Absent& a : d.absent.type)
     deck_error(d, a.at, text_format("TYPE %s (%ld element%s): ", text_show(a.type).c_str(), a.count,
                                     a.count == 1 ? "" : "s") + a.remedy);
-  d.absent.clear();
+  d.absent.type.clear();
 }

@@ -20,7 +20,7 @@ std::vector<std::string> names_of(const std::vector<Named>& list)
 
 bool is_facet_set(const Deck& d, const std::string& name)
 {
-  for (const Set& s : d.facet_set)
+  for (const Set& s : d.facets.set)
     if (s.name == name) return true;
   return false;
 }
@@ -32,8 +32,8 @@ int target(Deck& d, const Field& at, const std::vector<Named>& list, const char*
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == name) return static_cast<int>(i);
   // undefined because its elements have an unavailable type, which is reported
-  if (d.absent_set.count(name) || (!d.absent_elem.empty() && is_facet_set(d, name))) {
-    ++d.errors;
+  if (d.absent.set.count(name) || (!d.absent.elem.empty() && is_facet_set(d, name))) {
+    ++d.messages.errors;
     return -1;
   }
   if (std::string(keyword) == "ELSET" && is_facet_set(d, name)) {
@@ -51,7 +51,7 @@ int target(Deck& d, const Field& at, const std::vector<Named>& list, const char*
 int index_of(Deck& d, const LabelIndex& index, const Field& at, int label, const char* kind)
 {
   const int i = index.find(label);
-  if (i < 0 && &index == &d.elem_index && d.absent_elem.count(label)) ++d.errors;
+  if (i < 0 && &index == &d.labels.elem && d.absent.elem.count(label)) ++d.messages.errors;
   else if (i < 0)
     deck_error(d, at, text_format("%s %d is not defined; it must be defined before it is used", kind, label));
   return i;
@@ -79,7 +79,7 @@ bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets,
   const int i = target(d, at, sets, set, keyword);
   if (i < 0) return false;
   item.insert(item.end(), sets[i].item.begin(), sets[i].item.end());
-  if (sets[i].item.empty() && d.absent_set.count(sets[i].name)) ++d.errors;
+  if (sets[i].item.empty() && d.absent.set.count(sets[i].name)) ++d.messages.errors;
   else if (sets[i].item.empty()) deck_error(d, at, std::string(set) + " " + sets[i].name + " is empty");
   return !sets[i].item.empty();
 }
@@ -108,8 +108,8 @@ int mesh_add_node(Deck& d, Model& m, int label, double x, double y, double z, co
   const int n = m.mesh.nnode();
   m.mesh.node_label.push_back(label);
   m.mesh.X.insert(m.mesh.X.end(), {x, y, z});
-  d.node_index.add(label, n);
-  d.node_spot.push_back(spot_of(at));
+  d.labels.node.add(label, n);
+  d.labels.node_spot.push_back(spot_of(at));
   return n;
 }
 
@@ -122,8 +122,8 @@ int mesh_add_elem(Deck& d, Model& m, int label, int type, const int* node, const
   mesh.elem_section.push_back(-1);
   mesh.conn.item.insert(mesh.conn.item.end(), node, node + shape_info[elem_table[type].shape].nen);
   mesh.conn.off.push_back(static_cast<int>(mesh.conn.item.size()));
-  d.elem_index.add(label, e);
-  d.elem_spot.push_back(spot_of(at));
+  d.labels.elem.add(label, e);
+  d.labels.elem_spot.push_back(spot_of(at));
   return e;
 }
 
@@ -156,7 +156,7 @@ const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
 {
   struct Owned { std::array<int, 4> node; Face face; };
   const Mesh& mesh = m.mesh;
-  if (d.free_face_nelem == mesh.nelem()) return d.free_face;
+  if (d.free.nelem == mesh.nelem()) return d.free.face;
   std::vector<Owned> all;
   for (int e = 0; e < mesh.nelem(); ++e) {
     const ShapeInfo& s = shape_info[elem_table[mesh.elem_type[e]].shape];
@@ -168,16 +168,16 @@ const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
     }
   }
   std::stable_sort(all.begin(), all.end(), [](const Owned& a, const Owned& b) { return a.node < b.node; });
-  d.free_face.clear();
+  d.free.face.clear();
   for (std::size_t i = 0, j = 0; i < all.size(); i = j) {
     while (j < all.size() && all[j].node == all[i].node) ++j;
-    if (j == i + 1) d.free_face.push_back(all[i].face);
+    if (j == i + 1) d.free.face.push_back(all[i].face);
   }
-  std::sort(d.free_face.begin(), d.free_face.end(), [](const Face& a, const Face& b) {
+  std::sort(d.free.face.begin(), d.free.face.end(), [](const Face& a, const Face& b) {
     return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
   });
-  d.free_face_nelem = mesh.nelem();
-  return d.free_face;
+  d.free.nelem = mesh.nelem();
+  return d.free.face;
 }
 
 // ---------------------------------------------------------------------------
@@ -214,20 +214,20 @@ bool target_label(const std::string& text, int& label)
 
 bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node)
 {
-  return !at.empty() && target_items(d, at, m.nset, d.node_index, "node", "node set", "NSET", node);
+  return !at.empty() && target_items(d, at, m.nset, d.labels.node, "node", "node set", "NSET", node);
 }
 
 bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem)
 {
   return !at.empty() &&
-         target_items(d, at, m.elset, d.elem_index, "element", "element set", "ELSET", elem);
+         target_items(d, at, m.elset, d.labels.elem, "element", "element set", "ELSET", elem);
 }
 
 int target_nset(Deck& d, Model& m, const Field& at)
 {
   int label = 0;
   if (!target_label(at.text, label)) return target(d, at, m.nset, "node set", "NSET");
-  const int n = index_of(d, d.node_index, at, label, "node");
+  const int n = index_of(d, d.labels.node, at, label, "node");
   return n < 0 ? -1 : set_of_one(m.nset, std::to_string(label), n, deck_place(d, at));
 }
 
@@ -235,7 +235,7 @@ int target_elset(Deck& d, Model& m, const Field& at)
 {
   int label = 0;
   if (!target_label(at.text, label)) return target(d, at, m.elset, "element set", "ELSET");
-  const int e = index_of(d, d.elem_index, at, label, "element");
+  const int e = index_of(d, d.labels.elem, at, label, "element");
   return e < 0 ? -1 : set_of_one(m.elset, std::to_string(label), e, deck_place(d, at));
 }
 

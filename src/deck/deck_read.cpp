@@ -88,19 +88,19 @@ bool keyword_allowed(Card& c, const Model& m)
   const std::string word = "*" + c.head.word;
   const bool of_material = where == IN_MATERIAL, of_interaction = where == IN_INTERACTION;
   const bool anywhere = c.head.word == "PARAMETER" || c.head.word == "HEADING";
-  if (!of_material && !anywhere) d.material = -1;
-  if (!of_interaction && !anywhere) d.open_interaction = -1;
+  if (!of_material && !anywhere) d.open.material = -1;
+  if (!of_interaction && !anywhere) d.open.interaction = -1;
   if (of_material || of_interaction) {
-    if (of_material ? d.material >= 0 : d.open_interaction >= 0) return true;
+    if (of_material ? d.open.material >= 0 : d.open.interaction >= 0) return true;
     card_error(c, c.head.at, word + " must follow a *" + (of_material ? "MATERIAL" : "SURFACE INTERACTION"));
     return false;
   }
-  const int here = d.in_step ? IN_STEP : m.step.empty() ? IN_MODEL : AFTER_STEPS;
+  const int here = d.open.step ? IN_STEP : m.step.empty() ? IN_MODEL : AFTER_STEPS;
   if (where & here) return true;
-  if (d.in_step)
+  if (d.open.step)
     card_error(c, c.head.at,
                word + " is not allowed inside a step (opened in " +
-                   spot_text(d, Spot{d.step_at.file, d.step_at.line}) + ")");
+                   spot_text(d, Spot{d.open.step_at.file, d.open.step_at.line}) + ")");
   else if (where == IN_STEP)
     card_error(c, c.head.at, word + " is allowed only inside a step, between *STEP and *END STEP");
   else card_error(c, c.head.at, word + " must precede the first *STEP");
@@ -123,14 +123,14 @@ void hash_card(Deck& d, const Card& c)
 
 void hash_parameters(Deck& d)
 {
-  for (const auto& p : d.param) deck_hash(d, p.first + text_format("=%.17g", p.second));
+  for (const auto& p : d.params.value) deck_hash(d, p.first + text_format("=%.17g", p.second));
 }
 
 void read_card(Deck& d, Model& m)
 {
   Card c;
   c.deck = &d;
-  c.errors_before = c.errors_line = d.errors;
+  c.errors_before = c.errors_line = d.messages.errors;
   d.word.clear();
   deck_head(d, c.head);
   c.keyword = keyword_find(c.head.word);
@@ -175,7 +175,7 @@ void read_cards(Deck& d, Model& m)
     skip_data(d);
   }
   d.word = "STEP";
-  if (d.in_step) deck_error(d, d.step_at, "*END STEP is missing");
+  if (d.open.step) deck_error(d, d.open.step_at, "*END STEP is missing");
 }
 
 void set_defines(Deck& d, const std::vector<std::pair<std::string, double>>& defines)
@@ -188,7 +188,7 @@ void set_defines(Deck& d, const std::vector<std::pair<std::string, double>>& def
     if (!fault.empty()) deck_error(d, at, "-D " + text_show(def.first) + ": the name " + fault);
     else if (!std::isfinite(def.second))
       deck_error(d, at, "-D " + def.first + ": the value must be a finite number");
-    else d.define[def.first] = d.param[def.first] = def.second;
+    else d.params.define[def.first] = d.params.value[def.first] = def.second;
   }
 }
 
@@ -197,8 +197,8 @@ void warn_unused_defines(Deck& d)
   Field at;
   at.line = 1;
   d.word = "PARAMETER";
-  for (const auto& def : d.define)
-    if (!d.used.count(def.first)) deck_warn(d, at, "-D " + def.first + " is not used in this deck");
+  for (const auto& def : d.params.define)
+    if (!d.params.used.count(def.first)) deck_warn(d, at, "-D " + def.first + " is not used in this deck");
 }
 
 void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std::string, double>>& defines,
@@ -213,12 +213,12 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   deck_resolve(d, m);
   deck_run_later(d, m, STAGE_END);
   deck_inherit(d, m);
-  if (d.errors == 0) coupling_resolve(d, m);
-  if (d.errors == 0) tie_resolve(d, m);
+  if (d.messages.errors == 0) coupling_resolve(d, m);
+  if (d.messages.errors == 0) tie_resolve(d, m);
   warn_unused_defines(d);
   deck_check(d, m);
   hash_parameters(d);
-  m.param  = d.param;
+  m.param  = d.params.value;
   m.hash   = d.hash;
   m.notes.passed = ignored_text(d);
 }
@@ -262,7 +262,7 @@ int deck_read(const std::string& path, const std::vector<std::pair<std::string, 
     throw;                     // reported by main
   }
   deck_print_messages(d);
-  return d.errors;
+  return d.messages.errors;
 }
 
 void deck_list_keywords(std::FILE* out)

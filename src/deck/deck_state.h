@@ -117,15 +117,62 @@ struct Later {
 // *BULK VISCOSITY: default coefficients of Abaqus/Explicit; NOT_GIVEN is replaced by deck_resolve
 const double BULK_LINEAR = 0.06, BULK_QUADRATIC = 1.2, NOT_GIVEN = -1.0;
 
+struct Messages {
+  std::vector<Message> first;                      // the first few of each kind
+  std::unordered_map<std::string, int> of_kind;    // number of different messages of a kind
+  std::set<std::size_t> texts;                     // hashes of the texts
+  int errors = 0, warnings = 0;
+};
+
+struct Parameters {
+  ParamMap value;
+  ParamMap define;             // -D
+  std::unordered_map<std::string, Spot> spot;      // line of *PARAMETER
+  std::set<std::string> used;  // names used in expressions
+};
+
+struct Dimension {             // of the first elements or grid; their name and line
+  int first = 0;               // 0: none yet
+  std::string name;
+  Spot spot;
+};
+
+struct OpenCards {             // that later cards belong to
+  int material = -1, interaction = -1;             // *MATERIAL, *SURFACE INTERACTION
+  bool step = false, procedure = false, prints_node = false, prints_elem = false;
+  Field step_at;
+};
+
+struct Labels {
+  LabelIndex node, elem;
+  std::vector<Spot> node_spot, elem_spot;          // definition of each node and element
+};
+
+struct Facets {                // elements of a lower dimension (deck_facet.cpp)
+  std::vector<Facet> list;
+  std::unordered_map<int, int> index;              // label -> index
+  std::vector<Set> set;        // indices into list
+};
+
+// unavailable element types; labels and sets of their elements and of those with a misspelt type, whose
+// use is not reported again
+struct AbsentTypes {
+  std::vector<Absent> type;
+  std::set<int> elem;
+  std::set<std::string> set;
+};
+
+struct FreeFaces {             // faces of one element only
+  std::vector<Face> face;
+  int nelem = -1;              // number of elements at that time
+};
+
 struct Deck {
   std::vector<DeckFile> file;
   std::vector<Reading> reading;
   int includes = 0;
 
-  std::vector<Message> message;                    // the first few of each kind
-  std::unordered_map<std::string, int> of_kind;    // number of different messages of a kind
-  std::set<std::size_t> told;                      // hashes of the texts
-  int errors = 0, warnings = 0;
+  Messages messages;
   std::string word;            // keyword being read or checked, for messages
   std::map<std::string, int> passed;               // ignored keywords and their counts
   std::string parts;           // instances of *PART, for the listing
@@ -133,36 +180,18 @@ struct Deck {
   std::uint64_t hash = hash_start;   // of the lines read so far
   bool hashing = false;        // the open card enters the hash
 
-  ParamMap param;
-  ParamMap define;             // -D
-  std::unordered_map<std::string, Spot> param_spot;    // line of *PARAMETER
-  std::set<std::string> used;  // names used in expressions
-
-  // dimension of the first elements or grid, 0: none yet; their name and line
-  int dim_first = 0;
-  std::string dim_what;
-  Spot dim_spot;
-  int material = -1;           // open *MATERIAL
+  Parameters params;
+  Dimension dimension;
+  OpenCards open;
   std::vector<Interaction> interaction;
-  int open_interaction = -1;   // open *SURFACE INTERACTION
-  bool in_step = false, proc_given = false, prints_node = false, prints_elem = false;
-  Field step_at;
   Controls controls;           // *NEWTON before the first step
   std::vector<Later> later[2];
 
   std::vector<std::string> column;                 // columns of *HISTORY
-  LabelIndex node_index, elem_index;
-  std::vector<Spot> node_spot, elem_spot;          // definition of each node and element
-  std::vector<Facet> facet;                        // elements of a lower dimension (deck_facet.cpp)
-  std::unordered_map<int, int> facet_index;        // label -> index
-  std::vector<Set> facet_set;                      // indices into facet
-  // unavailable element types; labels and sets of their elements and of those with a misspelt type, whose
-  // use is not reported again
-  std::vector<Absent> absent;
-  std::set<int> absent_elem;
-  std::set<std::string> absent_set;
-  std::vector<Face> free_face;                     // faces of one element only
-  int free_face_nelem = -1;                        // number of elements at that time
+  Labels labels;
+  Facets facets;
+  AbsentTypes absent;
+  FreeFaces free;
 
   std::map<std::string, std::array<double, 9>> orientation;          // *ORIENTATION: axes 1, 2, 3
   std::unordered_map<int, int> frame_of;           // node -> index into Model::frame

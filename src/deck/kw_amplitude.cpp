@@ -58,7 +58,7 @@ void kw_amplitude(Card& card, Model& model)
                             : a.kind == AMP_STEFFEN || a.kind == AMP_CUBIC ? 3
                             : a.kind == AMP_SMOOTH_STEP                    ? 2
                                                                            : 1;
-  if (a.kind != AMP_EXPRESSION && a.t.size() < least && card.deck->errors == card.errors_before)
+  if (a.kind != AMP_EXPRESSION && a.t.size() < least && card.deck->messages.errors == card.errors_before)
     card_error(card, card.head.at,
                text_format("%zu points are given; this DEFINITION needs at least %zu", a.t.size(), least));
   if (!a.name.empty() && model_find_amplitude(model, a.name) >= 0)

@@ -60,7 +60,7 @@ void prescribe(Deck& d, Model& m, Prescribed b, int first, int last)
 {
   for (int i = first; i <= last; ++i) {
     b.first = b.last = i;
-    (d.in_step ? m.step.back().prescribed : d.base).push_back(b);
+    (d.open.step ? m.step.back().prescribed : d.base).push_back(b);
   }
 }
 
@@ -106,15 +106,15 @@ void kw_boundary(Card& card, Model& model)
 {
   Deck& d = *card.deck;
   const Field name = card_param_field(card, "AMPLITUDE");
-  const int amplitude = d.in_step ? card_param_amplitude(card, model) : -1;
-  if (!d.in_step && card_param(card, "TIME DELAY"))
+  const int amplitude = d.open.step ? card_param_amplitude(card, model) : -1;
+  if (!d.open.step && card_param(card, "TIME DELAY"))
     card_error(card, card_param(card, "TIME DELAY")->value, "TIME DELAY is allowed only in a step");
   const bool velocity = card_param_word(card, "TYPE", "DISPLACEMENT|VELOCITY", 0) == 1;
-  if (card_op_new(card) && d.in_step) d.removes.back().boundary = true;
+  if (card_op_new(card) && d.open.step) d.removes.back().boundary = true;
   while (card_line(card)) {
     Line line;
     if (!read_line(card, model, line)) continue;
-    if (d.in_step) add_support(d, model, line, amplitude, velocity);
+    if (d.open.step) add_support(d, model, line, amplitude, velocity);
     else card_later(card, STAGE_STEP, [=](Deck& deck, Model& m) {
       add_support(deck, m, line, name.empty() ? -1 : target_amplitude(deck, m, name), velocity);
     });

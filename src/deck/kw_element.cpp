@@ -17,10 +17,10 @@ void join_lines(Card& card, int wanted)
 // false: the label is in use, which is reported
 bool label_is_new(Card& card, int label)
 {
-  const int old = card.deck->elem_index.find(label);
-  if (old < 0 && !card.deck->facet_index.count(label)) return true;
+  const int old = card.deck->labels.elem.find(label);
+  if (old < 0 && !card.deck->facets.index.count(label)) return true;
   std::string where;
-  if (old >= 0) where = ", in " + spot_text(*card.deck, card.deck->elem_spot[old]);
+  if (old >= 0) where = ", in " + spot_text(*card.deck, card.deck->labels.elem_spot[old]);
   card_error(card, card.field[0],
              text_format("element %d is defined already", label) + where + "; give it another label");
   return false;
@@ -57,7 +57,7 @@ void read_facets(Card& card, Model& model, int nen, int corners)
     f.corners = corners;
     for (int a = 0; a < nen; ++a) {
       const int number = card_label(card, "node");
-      const int n = d.node_index.find(number);
+      const int n = d.labels.node.find(number);
       if (card_good(card) && n < 0)
         card_error(card, card.field[a + 1],
                    text_format("node %d of element %d is not defined; *NODE must precede *ELEMENT",
@@ -67,7 +67,7 @@ void read_facets(Card& card, Model& model, int nen, int corners)
     }
     if (!card_good(card) || !label_is_new(card, label)) continue;
     if (nen == 3 && corners == 2) middle_last(model.mesh, f);
-    item.push_back(static_cast<int>(d.facet.size()));
+    item.push_back(static_cast<int>(d.facets.list.size()));
     facet_add(d, label, f);
   }
   if (!set.empty()) facet_set_merge(d, model, set, item, card_place(card));
@@ -80,23 +80,23 @@ void read_absent(Card& card, const std::string& remedy)
   const int max_fields = 100;  // of an element
   Deck& d = *card.deck;
   const std::string set = card_param_name(card, "ELSET");
-  if (!set.empty()) d.absent_set.insert(set);
+  if (!set.empty()) d.absent.set.insert(set);
   long count = 0;
   while (card_line(card)) {
     join_lines(card, max_fields);
-    d.absent_elem.insert(card_label(card, "element label"));
+    d.absent.elem.insert(card_label(card, "element label"));
     card.next = card.field.size();
     ++count;
   }
   if (remedy.empty()) return;
   const Field& at        = card_param(card, "TYPE")->value;
   const std::string type = text_squeeze(element_type_here(d, at.text));
-  for (Absent& a : d.absent)
+  for (Absent& a : d.absent.type)
     if (a.type == type) {
       a.count += count;
       return;
     }
-  d.absent.push_back({type, remedy, at, count});
+  d.absent.type.push_back({type, remedy, at, count});
 }
 
 }  // namespace
@@ -124,7 +124,7 @@ void kw_element(Card& card, Model& model)
     int node[MAX_NODES];
     for (int a = 0; a < nen; ++a) {
       const int number = card_label(card, "node");
-      const int n = card.deck->node_index.find(number);
+      const int n = card.deck->labels.node.find(number);
       if (card_good(card) && n < 0)
         card_error(card, card.field[a + 1],
                    text_format("node %d of element %d is not defined; *NODE must precede *ELEMENT",

@@ -5,10 +5,10 @@ void kw_end_step(Card& card, Model& model)
 {
   Deck& d = *card.deck;
   Step& s = model.step.back();
-  d.in_step = false;
-  if (!d.proc_given)
+  d.open.step = false;
+  if (!d.open.procedure)
     card_error(card, card.head.at, "this step has no procedure; write *STATIC or *DYNAMIC after *STEP");
   if (model.step.size() > 1)
     for (const PrintRequest& p : model.step[model.step.size() - 2].print)
-      if (p.element ? !d.prints_elem : !d.prints_node) s.print.push_back(p);
+      if (p.element ? !d.open.prints_elem : !d.open.prints_node) s.print.push_back(p);
 }

@@ -59,10 +59,10 @@ void add_equation(Deck& d, Model& m, const Place& place, const std::vector<Term>
 void read_equation(Card& card, const Model& model)
 {
   const Place place = line_place(card);
-  const int errors  = card.deck->errors;
+  const int errors  = card.deck->messages.errors;
   const int n       = card_int(card, "number of terms", 2, 1000000);
   std::vector<Term> term;
-  for (int k = 0; k < n && card.deck->errors == errors; ++k) {
+  for (int k = 0; k < n && card.deck->messages.errors == errors; ++k) {
     if (!card_more(card) && !card_line(card))
       return card_error(
           card, card.head.at,
@@ -74,7 +74,7 @@ void read_equation(Card& card, const Model& model)
     t.coef = card_real(card, "coefficient", any_number());
     term.push_back(t);
   }
-  if (card.deck->errors == errors)
+  if (card.deck->messages.errors == errors)
     card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { add_equation(d, m, place, term); });
   else
     card.next = card.field.size();
@@ -112,13 +112,13 @@ void kw_equation(Card& card, Model& model)
 {
   Deck& d = *card.deck;
   const bool some = card_flag(card, "REMOVE"), all = card_flag(card, "REMOVE ALL");
-  if ((some || all) != d.in_step)
+  if ((some || all) != d.open.step)
     return card_error(
         card, card.head.at,
-        d.in_step ? "equations must precede the first *STEP; in a step they can only be removed (REMOVE, "
+        d.open.step ? "equations must precede the first *STEP; in a step they can only be removed (REMOVE, "
                     "REMOVE ALL)"
                   : "REMOVE is allowed only in a step; leave out the equation instead");
-  if (!d.in_step)
+  if (!d.open.step)
     while (card_line(card)) read_equation(card, model);
   else if (all) model.step.back().equation.clear();
   else

@@ -3,7 +3,7 @@
 // *FRICTION : mu[, stick slope]
 void kw_friction(Card& card, Model&)
 {
-  Interaction& in = card.deck->interaction[card.deck->open_interaction];
+  Interaction& in = card.deck->interaction[card.deck->open.interaction];
   if (in.has_friction)
     card_error(card, card.head.at, "surface interaction " + in.name + " has a *FRICTION already");
   in.has_friction = true;

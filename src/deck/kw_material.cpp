@@ -9,5 +9,5 @@ void kw_material(Card& card, Model& model)
   if (!m.name.empty() && model_find_material(model, m.name) >= 0)
     card_error(card, card.head.at, "material " + m.name + " is defined already");
   model.material.push_back(m);
-  card.deck->material = static_cast<int>(model.material.size()) - 1;
+  card.deck->open.material = static_cast<int>(model.material.size()) - 1;
 }

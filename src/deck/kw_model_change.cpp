@@ -18,7 +18,7 @@ void kw_model_change(Card& card, Model& model)
       if (f.empty()) card_error(card, f, "a label or a set name is missing here");
       else target_elems(*card.deck, model, f, elem);
     }
-  if (elem.empty() && card.deck->errors == card.errors_before)
+  if (elem.empty() && card.deck->messages.errors == card.errors_before)
     card_error(card, card.head.at, "data lines must follow: elements or element sets");
   b.elem = elem;
   model.broken.push_back(b);

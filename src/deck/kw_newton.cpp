@@ -5,7 +5,7 @@
 // ---------------------------------------------------------------------------
 void kw_newton(Card& card, Model& model)
 {
-  Controls& ctl = card.deck->in_step ? model.step.back().ctl : card.deck->controls;
+  Controls& ctl = card.deck->open.step ? model.step.back().ctl : card.deck->controls;
   ctl.tol_force   = card_param_real(card, "TOL FORCE", ctl.tol_force, between(0.0, 1.0));
   ctl.tol_energy  = card_param_real(card, "TOL ENERGY", ctl.tol_energy, between(0.0, 1.0));
   ctl.max_iter    = card_param_int(card, "MAX ITER", ctl.max_iter, 1, 10000);

@@ -19,10 +19,10 @@ void kw_node(Card& card, Model& model)
                      " in a two-dimensional model; elements C3D... or a *GRID with a box of six numbers "
                      "make it three-dimensional");
     if (!card_good(card)) continue;
-    const int old = card.deck->node_index.find(label);
+    const int old = card.deck->labels.node.find(label);
     if (old >= 0)
       card_error(card, card.field[0], text_format("node %d is defined already, in ", label) +
-                 spot_text(*card.deck, card.deck->node_spot[old]) + "; give it another label");
+                 spot_text(*card.deck, card.deck->labels.node_spot[old]) + "; give it another label");
     else item.push_back(mesh_add_node(*card.deck, model, label, x, y, z, card.whole));
   }
   if (!set.empty()) set_merge(model.nset, set, item, card_place(card));

@@ -17,7 +17,7 @@ void file_read(Card& card, Model& model, const char* words)
 void print_read(Card& card, Model& model, bool element, const char* words)
 {
   Deck& d = *card.deck;
-  (element ? d.prints_elem : d.prints_node) = true;
+  (element ? d.open.prints_elem : d.open.prints_node) = true;
   PrintRequest p;
   p.element   = element;
   p.frequency = card_param_int(card, "FREQUENCY", 1, 1, 2147483647);
@@ -32,7 +32,7 @@ void print_read(Card& card, Model& model, bool element, const char* words)
       const int w = card_word(card, "quantity", words);
       if (w >= 0) p.what.push_back(split_words(words)[w]);
     }
-  if (p.what.empty() && d.errors == card.errors_before)
+  if (p.what.empty() && d.messages.errors == card.errors_before)
     card_error(card, card.head.at,
                "a data line with the quantities must follow, for example " + split_words(words)[0]);
   if (p.set >= 0) model.step.back().print.push_back(p);

@@ -24,16 +24,16 @@ void kw_parameter(Card& card, Model&)
       card_error(card, at, "the name " + text_show(name) + " " + fault);
       continue;
     }
-    const auto first = d.param_spot.emplace(name, Spot{at.file, at.line});
-    if (!first.second && !d.define.count(name))
+    const auto first = d.params.spot.emplace(name, Spot{at.file, at.line});
+    if (!first.second && !d.params.define.count(name))
       card_warn(card, at, "replaces the value of " + name + " in " + spot_text(d, first.first->second) +
                 " from here on");
     first.first->second = Spot{at.file, at.line};
-    d.used.insert(name);
+    d.params.used.insert(name);
     double value = 1.0;
     std::string text = line.substr(equal + 1);
     if (!text.empty() && text.back() == ',') text.pop_back();
     deck_scalar(d, card.whole, static_cast<int>(equal) + 1, text, value);
-    if (!d.define.count(name)) d.param[name] = value;
+    if (!d.params.define.count(name)) d.params.value[name] = value;
   }
 }

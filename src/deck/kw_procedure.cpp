@@ -30,9 +30,9 @@ void read_times(Card& card, Step& s)
 void procedure_begin(Card& card, Model& model, Procedure proc)
 {
   Deck& d = *card.deck;
-  if (d.proc_given)
+  if (d.open.procedure)
     card_error(card, card.head.at, "the step has a procedure already; one *STATIC or *DYNAMIC a step");
-  d.proc_given = true;
+  d.open.procedure = true;
   model.step.back().proc = proc;
 }
 

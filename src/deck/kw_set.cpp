@@ -36,7 +36,7 @@ void generate(Card& card, const LabelIndex& index, const IntVec& label, IntVec& 
         item.push_back(static_cast<int>(i));
   }
   const long missing = count - static_cast<long>(item.size() - before);
-  if (missing > 0 && card.deck->absent_elem.empty())
+  if (missing > 0 && card.deck->absent.elem.empty())
     card_warn(card, card.whole,
               text_format("%ld of the %ld labels of this range are not defined", missing, count));
 }
@@ -46,12 +46,12 @@ bool listed_facets(const Deck& d, const Model& model, const Field& f, IntVec& fa
 {
   int label = 0;
   if (target_label(f.text, label)) {
-    const auto i = d.facet_index.find(label);
-    if (i != d.facet_index.end()) facet.push_back(i->second);
-    return i != d.facet_index.end();
+    const auto i = d.facets.index.find(label);
+    if (i != d.facets.index.end()) facet.push_back(i->second);
+    return i != d.facets.index.end();
   }
   bool found = false;
-  for (const Set& s : d.facet_set)
+  for (const Set& s : d.facets.set)
     if (s.name == text_upper(f.text)) {
       facet.insert(facet.end(), s.item.begin(), s.item.end());
       found = true;
@@ -68,7 +68,7 @@ struct Missing {
   {
     int number = 0;
     if (!target_label(f.text, number) || index.find(number) >= 0) return false;
-    if (&index == &d.elem_index && d.absent_elem.count(number)) return false;
+    if (&index == &d.labels.elem && d.absent.elem.count(number)) return false;
     if (count++ == 0) {
       first = f;
       label = number;
@@ -94,10 +94,10 @@ void report_missing(Card& card, const char* name, const Missing& missing, std::s
 // a data line of labels and set names
 void listed(Card& card, const Model& model, bool nodes, Missing& missing, IntVec& item, IntVec& facet)
 {
-  const LabelIndex& index = nodes ? card.deck->node_index : card.deck->elem_index;
+  const LabelIndex& index = nodes ? card.deck->labels.node : card.deck->labels.elem;
   while (card_more(card)) {
     Field f = card.field[card.next++];
-    const bool may_be_facet = !nodes && !card.deck->facet.empty() && !f.empty();
+    const bool may_be_facet = !nodes && !card.deck->facets.list.empty() && !f.empty();
     if (may_be_facet && listed_facets(*card.deck, model, f, facet)) continue;
     if (f.empty()) card_error(card, f, "a label or a set name is missing here");
     else if (missing.add(*card.deck, f, index)) continue;
@@ -142,16 +142,16 @@ void set_read(Card& card, Model& model, bool nodes)
   if (card_param_expr(card, "WHERE", where)) selected(card, model, nodes, where, item);
   while (card_line(card)) {
     if (!generated) listed(card, model, nodes, missing, item, facet);
-    else if (nodes) generate(card, card.deck->node_index, model.mesh.node_label, item);
-    else generate(card, card.deck->elem_index, model.mesh.elem_label, item);
+    else if (nodes) generate(card, card.deck->labels.node, model.mesh.node_label, item);
+    else generate(card, card.deck->labels.elem, model.mesh.elem_label, item);
   }
   report_missing(card, nodes ? "node" : "element", missing, item.size() + facet.size());
   if (name.empty()) return;
   Deck& d = *card.deck;
-  if (d.errors > card.errors_before && !d.absent_elem.empty()) d.absent_set.insert(name);
+  if (d.messages.errors > card.errors_before && !d.absent.elem.empty()) d.absent.set.insert(name);
   facet_set_merge(*card.deck, model, name, facet, card_place(card));
   if (item.empty() && !facet.empty()) return;
-  if (item.empty() && card.deck->errors == card.errors_before)
+  if (item.empty() && card.deck->messages.errors == card.errors_before)
     card_error(card, card.head.at,
                "set " + name + " is empty" +
                    (card_param(card, "WHERE")

@@ -7,9 +7,9 @@
 void kw_step(Card& card, Model& model)
 {
   Deck& d = *card.deck;
-  if (d.in_step)
+  if (d.open.step)
     card_error(card, card.head.at,
-               "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) +
+               "the step of " + spot_text(d, Spot{d.open.step_at.file, d.open.step_at.line}) +
                    " is still open; *END STEP is missing before this line");
   absent_report(d);
   facet_surfaces(d, model);
@@ -33,7 +33,7 @@ void kw_step(Card& card, Model& model)
   }
   model.step.push_back(s);
   d.removes.emplace_back();
-  d.in_step = true;
-  d.proc_given = d.prints_node = d.prints_elem = false;
-  d.step_at = card.head.at;
+  d.open.step = true;
+  d.open.procedure = d.open.prints_node = d.open.prints_elem = false;
+  d.open.step_at = card.head.at;
 }

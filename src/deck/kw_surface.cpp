@@ -20,7 +20,7 @@ bool is_defined(const Model& m, const Field& f)
 // adds the listed faces to a surface, each once: a duplicate would be loaded twice
 void add_faces(Deck& d, const Model& model, const std::vector<FaceLine>& lines, Surface& s)
 {
-  const int before = d.errors;
+  const int before = d.messages.errors;
   std::set<std::pair<int, int>> listed;
   for (const FaceLine& l : lines) {
     IntVec elem;
@@ -45,7 +45,7 @@ void add_faces(Deck& d, const Model& model, const std::vector<FaceLine>& lines, 
                       duplicates, duplicates > 1 ? "s" : "", duplicates > 1 ? "are" : "is", l.number + 1,
                       model.mesh.elem_label[first]));
   }
-  if (d.errors == before && s.face.empty())
+  if (d.messages.errors == before && s.face.empty())
     deck_error(d, deck_field(d, s.place, "SURFACE"),
                "surface " + s.name + " is empty: no free face is selected");
 }
@@ -110,7 +110,7 @@ void kw_surface(Card& card, Model& model)
   if (s.name.empty()) return;
   if (model_find_surface(model, s.name) >= 0)
     card_error(card, card.head.at, "surface " + s.name + " is defined already");
-  const bool good     = card.deck->errors == card.errors_before;
+  const bool good     = card.deck->messages.errors == card.errors_before;
   const auto defined  = [&](const FaceLine& l) { return is_defined(model, l.elem); };
   const bool later    = !std::all_of(lines.begin(), lines.end(), defined);
   if (good && !later && !lines.empty()) add_faces(*card.deck, model, lines, s);

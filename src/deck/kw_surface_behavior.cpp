@@ -6,7 +6,7 @@
 // ---------------------------------------------------------------------------
 void kw_surface_behavior(Card& card, Model&)
 {
-  Interaction& in = card.deck->interaction[card.deck->open_interaction];
+  Interaction& in = card.deck->interaction[card.deck->open.interaction];
   if (in.has_behavior)
     card_error(card, card.head.at, "surface interaction " + in.name + " has a *SURFACE BEHAVIOR already");
   in.has_behavior = true;

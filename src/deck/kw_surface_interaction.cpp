@@ -13,5 +13,5 @@ void kw_surface_interaction(Card& card, Model&)
     card_warn(card, card.field[0],
               "this thickness has no effect; the one of *SOLID SECTION or *MATERIAL POINTS counts");
   d.interaction.push_back(in);
-  d.open_interaction = static_cast<int>(d.interaction.size()) - 1;
+  d.open.interaction = static_cast<int>(d.interaction.size()) - 1;
 }
