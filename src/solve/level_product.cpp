@@ -7,22 +7,22 @@
 
 namespace {
 
-const int LANES = 8;
-typedef float Lanes __attribute__((vector_size(4 * LANES)));
-typedef float LanesAt __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
+const int WIDTH = 8;
+typedef float Lanes __attribute__((vector_size(4 * WIDTH)));
+typedef float LanesAt __attribute__((vector_size(4 * WIDTH), aligned(4), may_alias));
 
 int block_rows(const LevelMatrix& A) { return static_cast<int>(A.off.size()) - 1; }
 
 int line_length(const LevelMatrix& A, int I)
 {
   const int count = (A.off[I + 1] - A.off[I]) * A.cols;
-  return (count + LANES - 1) / LANES * LANES;
+  return (count + WIDTH - 1) / WIDTH * WIDTH;
 }
 
 float sum(Lanes v)
 {
   float s = 0.0F;
-  for (int l = 0; l < LANES; ++l) s += v[l];
+  for (int l = 0; l < WIDTH; ++l) s += v[l];
   return s;
 }
 
@@ -31,7 +31,7 @@ template <int R>
 void multiply_lines(const float* a, int length, const float* v, bool add, double* y)
 {
   Lanes part[R] = {};
-  for (int k = 0; k < length; k += LANES) {
+  for (int k = 0; k < length; k += WIDTH) {
     const Lanes x = *reinterpret_cast<const LanesAt*>(v + k);
     for (int i = 0; i < R; ++i) part[i] += *reinterpret_cast<const LanesAt*>(a + i * length + k) * x;
   }
@@ -44,7 +44,7 @@ void add_lines(const float* a, int length, const double* x, float* v)
 {
   float scale[R];
   for (int i = 0; i < R; ++i) scale[i] = static_cast<float>(x[i]);
-  for (int k = 0; k < length; k += LANES) {
+  for (int k = 0; k < length; k += WIDTH) {
     Lanes s = {};
     for (int i = 0; i < R; ++i) s += *reinterpret_cast<const LanesAt*>(a + i * length + k) * scale[i];
     *reinterpret_cast<LanesAt*>(v + k) = s;

@@ -21,23 +21,23 @@ const Petsc* petsc = nullptr;
 // use of a block of the lower triangle
 enum Kind { AS_IT_IS, TRANSPOSED, DIAGONAL };
 
-struct Target {
+}  // namespace
+
+struct AmgTarget {
   int first, stride;               // of its entries; from row to row
 };
 
-struct BlockExchange {             // several ranks: blocks of M that ranks send to one another
+struct AmgExchange {             // several ranks: blocks of M that ranks send to one another
   std::vector<IntVec> to;          // [ranks] blocks that a rank needs, 3 k + Kind
-  std::vector<Target> target;      // positions in the entries of the blocks received, rank by rank
+  std::vector<AmgTarget> target;      // positions in the entries of the blocks received, rank by rank
   IntVec received;                 // [ranks] number of blocks received
 };
 
-struct CoarseAge {                 // of the coarse matrices
+struct AmgAge {                 // of the coarse matrices
   bool kept = false;               // they belong to an earlier matrix
   double digit = 0.0;              // iterations per digit when they were new
   double extra = 0.0;              // additional iterations since then
 };
-
-}  // namespace
 
 // A hierarchy of PETSc (GAMG). Its finest level uses the matrix and the incomplete factor of this program
 struct AmgData {
@@ -57,7 +57,7 @@ struct AmgData {
   IntVec block_off;                // [n+1]
   IntVec source;                   // [blocks of the rows] 2 k: block k of M, 2 k + 1: transposed
   IntVec number;                   // [blocks of the rows] column, numbered over all ranks
-  BlockExchange blocks;
+  AmgExchange blocks;
   IntVec entry_off, entry_col;     // the same for scalar equations
   RealVec entry;                   // their values, of the matrix with this stamp:
   long stamp = -1;
@@ -67,7 +67,7 @@ struct AmgData {
   Vec in = nullptr, out = nullptr;
   RealVec x, y;                    // [M.neq]
   RealVec r, z;                    // [n*dim] several ranks
-  CoarseAge age;
+  AmgAge age;
 };
 
 AmgData::~AmgData()
@@ -182,7 +182,7 @@ void fill_entries(const SysMatrix& M, AmgData& d)
 }
 
 template <int D>
-void add_entries(const double* block, const Target& t, AmgData& d)
+void add_entries(const double* block, const AmgTarget& t, AmgData& d)
 {
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) d.entry[static_cast<size_t>(t.first) + i * t.stride + j] += block[i * D + j];
@@ -212,7 +212,7 @@ void fill_entries_of_all(const SysMatrix& M, AmgData& d)
   }
   comm_exchange(send, from);
   std::fill(d.entry.begin(), d.entry.end(), 0.0);
-  const Target* next = d.blocks.target.data();
+  const AmgTarget* next = d.blocks.target.data();
   for (int r = 0; r < ranks; ++r) {
     for (size_t k = 0; k < from[r].size(); k += DD) add_entries<D>(&from[r][k], *next++, d);
     if (r != me) continue;
