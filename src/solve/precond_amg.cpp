@@ -27,13 +27,13 @@ struct AmgTarget {
   int first, stride;               // of its entries; from row to row
 };
 
-struct AmgExchange {             // several ranks: blocks of M that ranks send to one another
+struct AmgExchange {               // several ranks: blocks of M that ranks send to one another
   std::vector<IntVec> to;          // [ranks] blocks that a rank needs, 3 k + Kind
-  std::vector<AmgTarget> target;      // positions in the entries of the blocks received, rank by rank
+  std::vector<AmgTarget> target;   // positions in the entries of the blocks received, rank by rank
   IntVec received;                 // [ranks] number of blocks received
 };
 
-struct AmgAge {                 // of the coarse matrices
+struct AmgAge {                    // of the coarse matrices
   bool kept = false;               // they belong to an earlier matrix
   double digit = 0.0;              // iterations per digit when they were new
   double extra = 0.0;              // additional iterations since then
