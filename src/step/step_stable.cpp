@@ -287,13 +287,13 @@ double stable_of_elements(Problem& p, const Step& s, int& label)
 // the increment of this stage; the next stage starts with the smallest stable one of this stage
 double of_stage(long inc, double taken, StepClock& c)
 {
-  if (c.held == 0.0 || inc % STAGE == 0) {
-    c.held  = c.held == 0.0 ? taken : c.least;
-    c.least = taken;
+  if (c.stage == 0.0 || inc % STAGE == 0) {
+    c.stage  = c.stage == 0.0 ? taken : c.stage_least;
+    c.stage_least = taken;
   }
-  c.least = std::min(c.least, taken);
-  c.held  = std::min(c.held, taken);
-  return c.held;
+  c.stage_least = std::min(c.stage_least, taken);
+  c.stage  = std::min(c.stage, taken);
+  return c.stage;
 }
 
 }  // namespace
