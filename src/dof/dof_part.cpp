@@ -210,7 +210,7 @@ struct Outer {
   // contact may meet, adjoin its own at side A of bonds and contact pairs or its own points from the start,
   // or become points that it stores; and the latter only
   OfRanks<int> elem, near;
-  std::vector<std::vector<PointHome>> point;         // ModelCut
+  std::vector<std::vector<OriginalPoint>> point;         // ModelCut
   std::vector<IntVec> held;    // the same
   std::vector<char> notch;     // the same
 };
@@ -232,7 +232,7 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
   const std::size_t ranks = comm_size();
   const std::vector<IntVec> around = around_bodies(m, rank), bonds = around_bonds(m, rank);
   std::vector<IntVec> breaks(ranks), rows(ranks), points(ranks);
-  NearLists near = {std::vector<IntVec>(ranks), std::vector<std::vector<PointHome>>(ranks)};
+  NearLists near = {std::vector<IntVec>(ranks), std::vector<std::vector<OriginalPoint>>(ranks)};
   if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
   const NearFaces face = near_of(m, given);
   near_outer(face.general, ranks_of_faces(m, rank, face.general), {}, near);
@@ -327,14 +327,14 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
   for (BondDef& d : m.bond)
     if (d.pair()) d.contact.stiff = surface_stiffness(m, m.surface[d.contact.master]);
   m.part.joined    = joined_by_faces(m);
-  m.part.strangers = watch.pair;
+  m.part.uncoupled = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
   Outer outer = find_outer(m, rank, near);
   model_order_nodes(rank, outer.elem, comm_size(), m);
   ModelCut cut = model_cut_open(m, rank, outer.elem, comm_size());
   cut.near     = std::move(outer.near);
   cut.point    = std::move(outer.point);
-  cut.held     = std::move(outer.held);
+  cut.present  = std::move(outer.held);
   cut.notch    = std::move(outer.notch);
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);

@@ -240,12 +240,12 @@ void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const 
     for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p)
       for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) used[pts.conn.item[k]] |= by;
   }
-  for (int c = 0; c < pts.ncorner; ++c) name[pts.twin[c]] |= used[c];
+  for (int c = 0; c < pts.ncorner; ++c) name[pts.first_copy[c]] |= used[c];
   pts.hangs.assign(pts.ncorner, HANG_GRID);
   for (int c = 0; c < pts.ncorner; ++c) {
     const bool apart = used[c] & (DEBRIS | APART);
     const int n      = pts.hang.count(c);
-    if (n > 1 && (name[pts.twin[c]] & RIM) && !apart) pts.hangs[c] = HANG_CORNERS;
+    if (n > 1 && (name[pts.first_copy[c]] & RIM) && !apart) pts.hangs[c] = HANG_CORNERS;
     if (n != 1 || !(used[c] & RIM)) continue;
     if (!lost[pts.hang.begin(c)[0]]) pts.hangs[c] = HANG_NODE;
     else if (!apart) pts.hangs[c] = HANG_OWN;
@@ -323,7 +323,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   for (size_t k = 0; k < number.size(); ++k) {
     const int e = m.part.elem_here(number[k]);
     if (e < 0) continue;
-    if (!m.part.knows_points(e)) {
+    if (!m.part.stores_points(e)) {
       st.frac.phase[e] = AS_POINTS;
       continue;
     }

@@ -365,5 +365,5 @@ bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
       if (start.Xc[c * m.dim + i] != pts.Xc[c * m.dim + i]) return false;
   return start.shape == pts.shape && start.conn.off == pts.conn.off &&
          start.conn.item == pts.conn.item && start.body == pts.body && start.of_elem == pts.of_elem &&
-         start.parent == pts.parent && start.twin == pts.twin && left.item == st.frac.left.item;
+         start.parent == pts.parent && start.first_copy == pts.first_copy && left.item == st.frac.left.item;
 }

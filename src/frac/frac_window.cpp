@@ -152,8 +152,8 @@ void fit_points(State& st)
   Points& p = st.points;
   for (RealVec* x : {&p.Xc, &p.V0, &p.mass, &p.normal, &p.hang_w, &st.n.uc, &st.n.vc, &st.n.hp}) fit_room(*x);
   for (IntVec* x : {&p.shape, &p.conn.off, &p.conn.item, &p.kind, &p.sampled, &p.body, &p.label, &p.parent,
-                    &p.next, &p.broken, &p.released, &p.field, &p.twin, &p.hang.off, &p.hang.item, &p.hangs,
-                    &p.apart, &p.part.point, &p.part.corner})
+                    &p.next, &p.broken, &p.released, &p.field, &p.first_copy, &p.hang.off, &p.hang.item,
+                    &p.hangs, &p.apart, &p.part.point, &p.part.corner})
     fit_room(*x);
 }
 
@@ -206,7 +206,7 @@ void take_bonds(const Model& m, State& st)
   };
   const std::vector<char> own = bond_own(m, st.points);
   const auto is_formed = [&](int q) {
-    if (q >= b.nfixed) return m.bond[b.def[q]].contact.held;
+    if (q >= b.nfixed) return m.bond[b.def[q]].contact.present;
     return std::any_of(b.a.begin(q), b.a.begin(q + 1), [&](int k) { return own[k] != 0; });
   };
   IntVec list;
@@ -243,7 +243,7 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
 {
   Fracture& fr = st.frac;
   const auto unknown = [&](int e) {
-    return e < 0 || (e < m.mesh.nelem() && !m.part.knows_points(e));
+    return e < 0 || (e < m.mesh.nelem() && !m.part.stores_points(e));
   };
   fr.converted.erase(std::remove_if(fr.converted.begin(), fr.converted.end(), unknown), fr.converted.end());
   const auto is_def = [&](int d) { return d >= 0 && d < static_cast<int>(m.bond.size()); };

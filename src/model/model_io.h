@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// model_io.h : the model to and from an archive: one list of fields a struct
+// model_io.h : writes and reads the model: one list of fields a struct
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_MODEL_IO_H
 #define MPFE_MODEL_MODEL_IO_H
@@ -8,7 +8,7 @@
 #include "base/log.h"
 #include "model/model.h"
 
-// A function is made again of its text. Values that share one share one again.
+// A function is compiled again from its text. Shared values are shared again.
 inline void io(Archive& f, Expr& x)
 {
   auto& [value, text, code] = x;
@@ -19,7 +19,7 @@ inline void io(Archive& f, Expr& x)
   if (!f.reading || !f.good) return;
   std::string error;
   int position = 0;
-  MPFE_CHECK(expr_compile(text, constants, x, error, position), "an expression cannot be made again");
+  MPFE_CHECK(expr_compile(text, constants, x, error, position), "an expression could not be compiled again");
   f.shared.push_back(code);
 }
 
@@ -47,24 +47,24 @@ inline void io(Archive& f, Mesh& x)
   io_fields<Mesh>(f, node_label, X, elem_label, elem_type, elem_section, conn);
 }
 
-inline void io(Archive& f, StrangerPair& x)
+inline void io(Archive& f, UncoupledPair& x)
 {
   auto& [body, other, section, told] = x;
-  io_fields<StrangerPair>(f, body, other, section, told);
+  io_fields<UncoupledPair>(f, body, other, section, told);
 }
 
-inline void io(Archive& f, PointHome& x)
+inline void io(Archive& f, OriginalPoint& x)
 {
   auto& [point, rank] = x;
-  io_fields<PointHome>(f, point, rank);
+  io_fields<OriginalPoint>(f, point, rank);
 }
 
 inline void io(Archive& f, MeshPart& x)
 {
   auto& [on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-         around_points, near_point, notch, joined, tied, strangers, skin] = x;
+         around_points, near_point, notch, joined, tied, uncoupled, skin] = x;
   io_fields<MeshPart>(f, on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-                      around_points, near_point, notch, joined, tied, strangers, skin);
+                      around_points, near_point, notch, joined, tied, uncoupled, skin);
 }
 
 inline void io(Archive& f, Set& x)
@@ -151,10 +151,10 @@ inline void io(Archive& f, ContactRule& x)
 
 inline void io(Archive& f, ContactDef& x)
 {
-  auto& [master, friction, overlap, adjust, by_face, stick, general, held, stiff, include, exclude,
+  auto& [master, friction, overlap, adjust, by_face, stick, general, present, stiff, include, exclude,
          property] = x;
-  io_fields<ContactDef>(f, master, friction, overlap, adjust, by_face, stick, general, held, stiff, include,
-                        exclude, property);
+  io_fields<ContactDef>(f, master, friction, overlap, adjust, by_face, stick, general, present, stiff,
+                        include, exclude, property);
 }
 
 inline void io(Archive& f, BondDef& x)
@@ -228,9 +228,9 @@ inline void io(Archive& f, BrokenDef& x)
 inline void io(Archive& f, Load& x)
 {
   auto& [kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir, value,
-         amplitude, factor, of_place, ramp, hold, place] = x;
+         amplitude, factor, of_position, ramp, hold, place] = x;
   io_fields<Load>(f, kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir,
-                  value, amplitude, factor, of_place, ramp, hold, place);
+                  value, amplitude, factor, of_position, ramp, hold, place);
 }
 
 inline void io(Archive& f, Prescribed& x)

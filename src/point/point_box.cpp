@@ -18,7 +18,7 @@ int fill_corner(Filler& f, const double* X, int field)
   }
   append(f.pts.Xc, X, X + f.m.dim);
   append(f.pts.field, field);
-  append(f.pts.twin, f.pts.ncorner);
+  append(f.pts.first_copy, f.pts.ncorner);
   append(f.pts.hang.off, f.pts.hang.off.back());
   return f.pts.ncorner++;
 }

@@ -61,7 +61,7 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
   const int c = fill_corner(f, X, field);
   if (own) f.share.own.emplace(key, c);
   if (first < 0) first = c;
-  else f.pts.twin[c] = first;
+  else f.pts.first_copy[c] = first;
   if (f.plan) return c;
   f.share.made.push_back(c);
   for (const auto& k : key) {
@@ -313,7 +313,7 @@ std::vector<FaceKey> face_keys(const Points& p)
       FaceKey key{{-1, -1, -1, -1}};
       for (int k = 0; k < info.nfnode[s]; ++k) {
         const int c = corner[info.face[s][k]];
-        key[k] = c >= 0 ? p.twin[c] : p.ncorner - 1 - c;
+        key[k] = c >= 0 ? p.first_copy[c] : p.ncorner - 1 - c;
       }
       std::sort(key.begin(), key.end());
       out.push_back(key);
@@ -443,7 +443,7 @@ int point_fill(const Model& m, Points& pts)
   errors = comm_allreduce_max(errors);
   if (errors) return errors;
   fill_plan_halo(m.part.near_point, m.dim, plan);
-  for (const PointHome& p : m.part.near_point) known.push_back(p.point);
+  for (const OriginalPoint& p : m.part.near_point) known.push_back(p.point);
   add_bonded_points(m, pts, known);
   if (comm_allreduce_max(static_cast<int>(!known.empty()))) {
     fill_bodies(m, &plan, known, pts);

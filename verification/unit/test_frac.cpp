@@ -726,7 +726,7 @@ TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
       const int k = per_elem;
       // neighbours have corners of one name between nodes, each its own
       int names = 0;
-      for (int c = 0; c < p.ncorner; ++c) names += p.twin[c] == c;
+      for (int c = 0; c < p.ncorner; ++c) names += p.first_copy[c] == c;
       // wedges: 8 nodes, 13 edges and 6 triangles in each layer
       const int layer = shape == SHAPE_WEDGE6 ? 8 + 13 + 6 : (3 * k + 1) * (k + 1);
       // pyramids: the middles of the cells; those are lattice points of m = 2, and eight edges lead there
