@@ -685,7 +685,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
     finish(f, first);
   }
   for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces continue as faces of points
-    if (!has_slave_elements(m, m.bond[d]) || !m.bond[d].contact.held) continue;
+    if (!has_slave_elements(m, m.bond[d]) || !m.bond[d].contact.present) continue;
     const int first = b.nbond;
     BondBuilder f{m, b, static_cast<int>(d), first, {}};
     for (const Face& s : pts.surface[m.bond[d].surface]) {
@@ -756,7 +756,7 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
   halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct, &b.contact.offset});
 }
 
-void bond_tell(const Model& m, Bonds& b, Level& l)
+void bond_copy_contact(const Model& m, Bonds& b, Level& l)
 {
   if (!b.halo.on() || !model_has_pairs(m)) return;
   halo_copy_all(b.halo, m.dim, std::vector<RealVec*>{&l.slip, &l.lambda});

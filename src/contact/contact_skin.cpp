@@ -117,7 +117,7 @@ void add_carriers(const Model& m, const Points& pts, int node, IntVec& out)
   if (hangs == HANG_NODE) out.push_back(pts.hang.begin(c)[0]);
   else if (hangs == HANG_CORNERS)
     for (int k = 0; k < pts.hang.count(c); ++k) add_carriers(m, pts, nnode - 1 - pts.hang.begin(c)[k], out);
-  else out.push_back(nnode + pts.twin[c]);
+  else out.push_back(nnode + pts.first_copy[c]);
 }
 
 // removes boundary faces of points that hang on the outer face of an element: they are inside the body, as is

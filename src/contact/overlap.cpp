@@ -363,7 +363,7 @@ Common touching(const Model& m, const Points& pts, const RealVec& uc, int body, 
 
 // ---- messages --------------------------------------------------------------
 
-std::string name_of(const Model& m, const StrangerPair& p)
+std::string name_of(const Model& m, const UncoupledPair& p)
 {
   if (p.other >= 0) return "the body " + m.body[p.other].name;
   const int set = m.section[p.section].elset;
@@ -378,14 +378,14 @@ std::string position_of(const Model& m, const Common& c)
   return text;
 }
 
-const char* remedy(const StrangerPair& p)
+const char* remedy(const UncoupledPair& p)
 {
   if (p.other >= 0) return "*CONTACT PAIR separates them, a common FIELD joins them";
   return "*CONTACT PAIR separates them, *BOND joins them";
 }
 
 Common overlap_now(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
-                   const StrangerPair& p, Part& other)
+                   const UncoupledPair& p, Part& other)
 {
   Part body = cells_of(m, el, pts, u, uc, p.body, -1);
   other = cells_of(m, el, pts, u, uc, p.other, p.section);
@@ -405,7 +405,7 @@ void overlap_pairs(const Model& m, OverlapWatch& w)
 {
   w = OverlapWatch();
   if (m.part.on) {
-    w.pair = m.part.strangers;
+    w.pair = m.part.uncoupled;
     return;
   }
   Relations r = relations(m);
@@ -420,12 +420,12 @@ void overlap_pairs(const Model& m, OverlapWatch& w)
 void overlap_start(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
                    OverlapWatch& w)
 {
-  for (StrangerPair& p : w.pair) {
+  for (UncoupledPair& p : w.pair) {
     Part other;
     const Common both = overlap_now(m, el, pts, u, uc, p, other);
     const Common touch = both.size > 0.0 ? Common() : touching(m, pts, uc, p.body, other);
     if (both.size == 0.0 && touch.size == 0.0) continue;
-    p.told = true;
+    p.reported = true;
     const bool inside = both.size > 0.0;
     const char* measure = m.dim == 3 ? (inside ? "volume" : "area") : inside ? "area" : "length";
     log_warn("the body %s and %s %s initially (%s %.4g, near %s), but no bond or contact pair is defined "
@@ -439,12 +439,12 @@ void overlap_look(const Model& m, const Elements& el, const State& st, OverlapWa
 {
   if (--w.rest >= 0) return;
   w.rest = 4;                  // a body takes many increments to cross a cell
-  for (StrangerPair& p : w.pair) {
-    if (p.told) continue;
+  for (UncoupledPair& p : w.pair) {
+    if (p.reported) continue;
     Part other;
     const Common both = overlap_now(m, el, st.points, st.n.u, st.n.uc, p, other);
     if (both.size == 0.0) continue;
-    p.told = true;
+    p.reported = true;
     log_warn("time %.6g: the body %s penetrates %s (%s %.4g, near %s), but no bond or contact pair is "
              "defined "
              "between them. %s",

@@ -12,7 +12,7 @@
 #include "model/state.h"
 
 struct OverlapWatch {
-  std::vector<StrangerPair> pair;
+  std::vector<UncoupledPair> pair;
   int rest = 0;                // increments until the next check
 };
 

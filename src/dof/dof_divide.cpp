@@ -318,7 +318,7 @@ void share_points(const Points& pts, const IntVec& rank_of, GridShare& g)
     g.point[q] = rank == me;
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) g.owner[pts.conn.item[k]] = rank;
   }
-  if (pts.part.held) g.owner = pts.part.halo.owner;
+  if (pts.part.lone_corners) g.owner = pts.part.halo.owner;
 }
 
 }  // namespace

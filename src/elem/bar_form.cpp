@@ -242,18 +242,18 @@ bool stresses(const BarGroup& g, const KernelMode& mode, bool old, const History
 
 // what holds the volume of point q: hold times the mean over the step of theta - thetabar    (1.14a)
 template <int D>
-double hold_pressure(const BarGroup& g, const KernelMode& mode, const Work<D>& w, int q)
+double penalty_pressure(const BarGroup& g, const KernelMode& mode, const Work<D>& w, int q)
 {
-  if (g.hold == 0.0) return 0.0;
+  if (g.volume_penalty == 0.0) return 0.0;
   const double one = w.np1.point[q].theta - w.np1.mean;
-  return g.hold * (mode.mid ? 0.5 * (one + w.n.point[q].theta - w.n.mean) : one);
+  return g.volume_penalty * (mode.mid ? 0.5 * (one + w.n.point[q].theta - w.n.mean) : one);
 }
 
 // G = dEbar/du of point q, and its force, which is added to re                               (1.16)
 template <int D>
 void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, double* re)
 {
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   const int nd = g.nn * D;
   const double *dN = g.dNdX + static_cast<size_t>(q) * nd, *beta = &w.beta[static_cast<size_t>(q) * nd],
                *S = &w.S[6 * static_cast<size_t>(q)];
@@ -261,7 +261,7 @@ void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, dou
   double Fb[D * D], v[6];
   deformation<D>(mode, w.n.point[q], w.np1.point[q], Fb);
   volume_strain<D>(mode, w, q, v);
-  const double held = hold_pressure<D>(g, mode, w, q);
+  const double penalty = penalty_pressure<D>(g, mode, w, q);
   double p = 0.0;
   for (int i = 0; i < 6; ++i) p += (i < 3 ? 1.0 : 2.0) * S[i] * v[i];
   w.pressure[q] = p;
@@ -280,7 +280,7 @@ void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, dou
         w.G[i * nd + col] = G;
         f += G * S[i];
       }
-      re[col] += g.w[q] * (f - held * d);
+      re[col] += g.w[q] * (f - penalty * d);
     }
 }
 
@@ -298,7 +298,7 @@ void add_stress_tangent(const BarGroup& g, int q, Work<D>& w, double* ke)
     }
   for (int a = 0; a < g.nn; ++a)
     for (int c = 0; c <= a; ++c) {
-      double* k = ke + pair_place(a, c) * D * D;
+      double* k = ke + pair_index(a, c) * D * D;
       for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) {
           double sum = 0.0;
@@ -320,8 +320,8 @@ void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mea
   deformation<D>(mode, w.n.point[q], w.np1.point[q], Fb);
   const double am = scale_of(mode, w.n.point[q], w.np1.point[q]), cg = mode.cG();
   const double p     = w.pressure[q];
-  const double kappa = cg * g.w[q] * (mean_pressure - p + hold_pressure<D>(g, mode, w, q));
-  const double both  = cg * g.w[q] * (2.0 / 3.0 * p + g.hold);
+  const double kappa = cg * g.w[q] * (mean_pressure - p + penalty_pressure<D>(g, mode, w, q));
+  const double both  = cg * g.w[q] * (2.0 / 3.0 * p + g.volume_penalty);
   double* qa = w.G.data();                             // [nn*dim] w cg 2/3 a Fb S dN_a
   double* sn = w.CG.data();                            // [nn*dim] w cg a S dN_a
   for (int a = 0; a < g.nn; ++a) {
@@ -338,7 +338,7 @@ void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mea
   }
   for (int a = 0; a < g.nn; ++a)
     for (int c = 0; c <= a; ++c) {
-      double* k  = ke + pair_place(a, c) * D * D;
+      double* k  = ke + pair_index(a, c) * D * D;
       double geo = 0.0;
       for (int j = 0; j < D; ++j) geo += sn[a * D + j] * dN[c * D + j];
       for (int i = 0; i < D; ++i) {

@@ -22,7 +22,7 @@ struct BarGroup {
   const double* dNdX;
   const double* w;             // [ngp]                                                       length^3
   const MatLaw* law;
-  double hold = 0.0;           // stiffness of theta - thetabar of each point                   force/length^2
+  double volume_penalty = 0.0;           // stiffness of theta - thetabar of each point                   force/length^2
 };
 
 // bar_strains : strains Ebar of a group

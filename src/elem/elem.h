@@ -31,7 +31,7 @@ struct ElemBlock {
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
   RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
   RealVec me;                  // [kind][pairs] mass, node pairs a >= b
-  RealVec place;               // opens: [kind][nen][dim] nodes, from the first one           length
+  RealVec node_offset;               // opens: [kind][nen][dim] nodes, from the first one           length
   RealVec scatter;             // the same: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
@@ -201,7 +201,7 @@ void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, 
 
 // elem_gauss_place : place X[3] at t = 0 and shape functions N [nen] of Gauss point g; returns weight x
 // volume
-double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N);
+double elem_gauss_position(const Model& m, const Elements& el, int e, int g, double* X, double* N);
 
 // elem_mass : mass of an element, node pairs a >= b [pairs]; one number serves all directions. Consistent,
 // or, when the block is lumped, the sums of its rows on the diagonal

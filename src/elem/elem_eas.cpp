@@ -134,7 +134,7 @@ void condense(const double* inv, double cD, const double* L, double* ke)
         for (int j = 0; j < D; ++j) {
           double sum = 0.0;
           for (int k = 0; k < n; ++k) sum += L[(k * N + a) * D + i] * IL[(k * N + b) * D + j];
-          ke[pair_place(a, b) * D * D + i * D + j] -= sum;
+          ke[pair_index(a, b) * D * D + i * D + j] -= sum;
         }
 }
 

@@ -61,7 +61,7 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<BlockKey, int>& know
   return el.block[it->second];
 }
 
-const double SAME = 1e-12;     // of the size of an element: coordinates that differ by rounding only
+const double COORDINATE_TOL = 1e-12;     // of the size of an element: coordinates that differ by rounding only
 
 // Elements found so far, by their places relative to the first node in coarse steps
 struct Kinds {
@@ -90,7 +90,7 @@ int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
   for (int c : list) {
     bool same = true;
     for (int i = 0; i < n; ++i)
-      same = same && std::fabs(k.rel[static_cast<size_t>(c) * n + i] - rel[i]) <= SAME * size;
+      same = same && std::fabs(k.rel[static_cast<size_t>(c) * n + i] - rel[i]) <= COORDINATE_TOL * size;
     if (same) return c;
   }
   fresh = true;
@@ -173,7 +173,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     if (m.part.on) b.conn.insert(b.conn.end(), node, node + info.nen);
     b.kind.push_back(kind_of(kinds[el.block_of[e]], rel, info.nen * info.dim, fresh));
     if (!fresh) continue;
-    if (b.opens()) b.place.insert(b.place.end(), rel, rel + info.nen * info.dim);
+    if (b.opens()) b.node_offset.insert(b.node_offset.end(), rel, rel + info.nen * info.dim);
     if (add_kind(b, X)) continue;
     *worst = e;
     return BAD_JACOBIAN;
@@ -213,7 +213,7 @@ MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t s
   if (!b.opens()) return law;
   law.crack.nodes = shape_info[b.shape].nen;
   law.crack.dim   = shape_info[b.shape].dim;
-  law.crack.place = &b.place[static_cast<size_t>(b.kind[slot]) * law.crack.nodes * law.crack.dim];
+  law.crack.X = &b.node_offset[static_cast<size_t>(b.kind[slot]) * law.crack.nodes * law.crack.dim];
   if (!b.scatter.empty()) law.crack.scatter = b.scatter[slot];
   return law;
 }

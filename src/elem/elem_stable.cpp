@@ -48,8 +48,8 @@ double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVe
       for (int j = 0; j < dim; ++j) F(i, j) += u[node[a] * dim + i] * dN[a * dim + j];
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
   C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-  const double most = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
-  const double stretched = 1.0 + 1.5 * std::max(0.0, most - 1.0);
+  const double largest = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
+  const double stretched = 1.0 + 1.5 * std::max(0.0, largest - 1.0);
   if (b.law.kind == LAW_SVK || b.law.kind == LAW_GRANULAR || b.law.kind == LAW_COHESIVE) return stretched;
   return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
 }

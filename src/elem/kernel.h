@@ -102,7 +102,7 @@ inline void pack_rows(const double* const* x, int n, Pack* out)
 
 // number of node pairs a >= b, and the place of a pair
 constexpr int pair_count(int n) { return n * (n + 1) / 2; }
-constexpr int pair_place(int a, int b) { return a * (a + 1) / 2 + b; }
+constexpr int pair_index(int a, int b) { return a * (a + 1) / 2 + b; }
 
 // H = sum_a u_a (x) dN_a/dX
 template <int D, int N, class G, class T>
@@ -232,7 +232,7 @@ inline void ip_tangent(const G* dNdX, int n, G w, const MatLaw& law, const Kerne
         gg += dNdX[a * D + j] * dNdX[c * D + j];
         geo += h[j] * dNdX[c * D + j];
       }
-      T* k = ke + pair_place(a, c) * D * D;
+      T* k = ke + pair_index(a, c) * D * D;
       for (int i = 0; i < D; ++i) {
         for (int j = 0; j < D; ++j) {
           const T part = fl[i] * f[c * D + j] + f[c * D + i] * fm[j] + b[i * D + j] * gg;

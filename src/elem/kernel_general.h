@@ -22,7 +22,7 @@ template <int D>
 inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
                          const double* h_n, double* h_np1, double* Fb, double* S, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   double E[D * D], E0[6] = {0}, E1[6], S6[6], C6[36];
   if (mode.finite && !law.broken && !(ip_det<D>(H1) > 0.0)) return BAD_JACOBIAN;
   ip_strain<D>(mode.finite, H1, E);
@@ -49,7 +49,7 @@ inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double
 template <int D>
 inline void ip_moduli(double w, const double* C, double cG, const double* Fb, const double* S, double* A)
 {
-  using V = VoigtPlace<D>;
+  using V = VoigtIndex<D>;
   constexpr int nv = V::nv, DD = D * D;
   double B[nv * DD] = {0}, CB[nv * DD];              // dE_v / dH_iJ                               (1.5)
   for (int v = 0; v < nv; ++v)

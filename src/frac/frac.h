@@ -14,7 +14,7 @@
 
 // Part of Gc/h below which psi+ of an element neither breaks it nor is followed; an element at a tip holds
 // 0.1
-const double FRAC_LEAST = 0.01;
+const double FRAC_MIN_DRIVE = 0.01;
 
 // In sizes of an element: default radius of the ball by FORCE and by BALL; radius of the ball around a notch
 // in which BALL asks for J as well; default spacing in motion
@@ -128,7 +128,7 @@ void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l);
 
 // frac_near : calls use(element, distance) for all elements whose centre lies within radius of x
 template <class Use>
-void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
+void frac_in_ball(const FracMesh& fm, const double* x, double radius, Use use)
 {
   int a[3], b[3];
   for (int i = 0; i < 3; ++i) {
@@ -221,7 +221,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
 // frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of
 // that at t = 0: those to be released from their neighbours, and released ones whose shape is to be made
 // anew; numbers among the points of all ranks, ascending (7.12). Collective.
-void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts, const Level& l,
+void frac_to_release(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts, const Level& l,
                IntVec& out);
 
 // frac_release : torn points are released: corners and unknowns of their own, the shape of t = 0 turned, and
@@ -232,7 +232,7 @@ void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Poi
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool last, State& st);
 
 // The shape that a point would be released with
-struct GrainShape {
+struct ReleasedShape {
   int number = -1;             // of the point, of all ranks
   Shape shape = SHAPE_QUAD4;
   double scale = 1.0;          // about its centre
@@ -243,7 +243,7 @@ struct GrainShape {
 // (7.34). Collective.
 //   in   st      before the release; points of grain do not count with the corners that they have there
 //   inout grain  of all ranks, the same on all of them
-void frac_room(const Model& m, const State& st, double least, std::vector<GrainShape>& grain);
+void frac_room(const Model& m, const State& st, double least, std::vector<ReleasedShape>& released);
 
 // frac_follow : corners of points that go on for nodes whose last element has become points; of several the
 // first that is not released. Loads, supports and results of the node go on there.       doc/theory.md (7.18)

@@ -36,7 +36,7 @@ void element_velocity(const Model& m, const Points& pts, int e, int c, const Rea
     return;
   }
   double N[8];
-  MPFE_CHECK(point_corner_in_element(m, pts, e, c, N), "a corner of an element is not found in it");
+  MPFE_CHECK(point_corner_in_element(m, pts, e, c, N), "a corner of a converted element lies outside of the element");
   for (int i = 0; i < m.dim; ++i) {
     out[i] = 0.0;
     for (int a = 0; a < m.mesh.conn.count(e); ++a) out[i] += N[a] * v[m.mesh.conn.begin(e)[a] * m.dim + i];
@@ -91,7 +91,7 @@ void set_elastic(const Model& m, int p, const Mat3& be, State& st)
   point_ip_fields(m, st.points, st.n, p, f);
   const Mat3 inv = matrix(f.Fbar).inverse(), C = inv * be * inv.transpose() - Mat3::Identity();
   double* h = history_at(st.n.hp, n, p) + plastic_part(m, st.points, p);
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   for (int k = 0; k < 6; ++k) h[k] = 0.5 * (C(V::row[k], V::col[k]) + C(V::col[k], V::row[k]));
 }
 
@@ -102,7 +102,7 @@ int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, 
   int best = 0;
   point_centre(pts, m.dim, p, X);
   for (int g = 0; g < shape_info[el.block[el.initial_block[e]].shape].ngp; ++g) {
-    elem_gauss_place(m, el, e, g, at, N);
+    elem_gauss_position(m, el, e, g, at, N);
     double d = 0.0;
     for (int i = 0; i < m.dim; ++i) d += (X[i] - at[i]) * (X[i] - at[i]);
     if (d >= nearest * (1.0 - 1e-9)) continue;
@@ -240,12 +240,12 @@ void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const 
     for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p)
       for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) used[pts.conn.item[k]] |= by;
   }
-  for (int c = 0; c < pts.ncorner; ++c) name[pts.twin[c]] |= used[c];
+  for (int c = 0; c < pts.ncorner; ++c) name[pts.first_copy[c]] |= used[c];
   pts.hangs.assign(pts.ncorner, HANG_GRID);
   for (int c = 0; c < pts.ncorner; ++c) {
     const bool apart = used[c] & (DEBRIS | APART);
     const int n      = pts.hang.count(c);
-    if (n > 1 && (name[pts.twin[c]] & RIM) && !apart) pts.hangs[c] = HANG_CORNERS;
+    if (n > 1 && (name[pts.first_copy[c]] & RIM) && !apart) pts.hangs[c] = HANG_CORNERS;
     if (n != 1 || !(used[c] & RIM)) continue;
     if (!lost[pts.hang.begin(c)[0]]) pts.hangs[c] = HANG_NODE;
     else if (!apart) pts.hangs[c] = HANG_OWN;

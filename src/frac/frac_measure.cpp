@@ -123,11 +123,11 @@ void sum_ranks(Each each)
 // the box, and the label that take_label would find
 void join_items(std::vector<Fragment>& item)
 {
-  const double behind = 1e10;  // labels of points go behind those of elements
+  const double offset = 1e10;  // labels of points go behind those of elements
   RealVec most;                // with the sign of comm_max
   for (const Fragment& k : item) {
     for (int i = 0; i < 3; ++i) most.insert(most.end(), {-k.lo[i], k.hi[i]});
-    most.push_back(-k.label - (k.of_mesh ? 0.0 : behind));
+    most.push_back(-k.label - (k.of_mesh ? 0.0 : offset));
   }
   comm_max(most.data(), static_cast<long>(most.size()));
   const double* next = most.data();
@@ -137,8 +137,8 @@ void join_items(std::vector<Fragment>& item)
       k.hi[i] = *next++;
     }
     const double label = -*next++;
-    k.of_mesh = label < behind;
-    k.label   = static_cast<int>(k.of_mesh ? label : label - behind);
+    k.of_mesh = label < offset;
+    k.label   = static_cast<int>(k.of_mesh ? label : label - offset);
   }
 }
 
@@ -210,7 +210,7 @@ void add_second(Fragment& k, const Carrier& c, Mat3& S)
 void finish(Fragment& k, const Mat3& S)
 {
   const Mat3 I = S.trace() * Mat3::Identity() - 0.5 * (S + S.transpose());
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   for (int i = 0; i < 6; ++i) k.inertia[i] = I(V::row[i], V::col[i]);
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(I);
   const Vec3 L = MapVec(k.angular);

@@ -13,7 +13,7 @@
 
 namespace {
 
-const int MOST_BINS = 2000;    // in a direction: parts far apart must not fill the memory with empty ones
+const int MAX_BINS = 2000;    // in a direction: parts far apart must not fill the memory with empty ones
 
 void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
 {
@@ -92,7 +92,7 @@ void find_bins(const Model& m, FracMesh& fm)
   fm.bin = mean > 0.0 ? 2.0 * mean : 1.0;            // a rank may own points alone
   long cells = 1;
   for (int i = 0; i < 3; ++i) {
-    fm.nbin[i] = std::min(MOST_BINS, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
+    fm.nbin[i] = std::min(MAX_BINS, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
     cells *= fm.nbin[i];
   }
   for (int i = 0; i < 3; ++i) fm.bin = std::max(fm.bin, (hi[i] - fm.lo[i]) / fm.nbin[i] * (1.0 + 1e-12));

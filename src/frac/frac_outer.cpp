@@ -10,7 +10,7 @@
 
 namespace {
 
-const double SLACK = 1.02;     // sizes here are those of straight edges
+const double CURVED_FACTOR = 1.02;     // sizes here are those of straight edges
 
 // A mesh before its elements are set up
 struct Sizes {
@@ -256,8 +256,8 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
   for (const FractureDef& f : m.fracture) {
     const Reach r = reach_of(m, f);
     for (int e : m.elset[f.elset].item) {
-      reach[e] = SLACK * r.most * s.around[e];
-      all[e]   = SLACK * r.all * s.around[e];
+      reach[e] = CURVED_FACTOR * r.most * s.around[e];
+      all[e]   = CURVED_FACTOR * r.all * s.around[e];
     }
   }
   notch.clear();

@@ -12,10 +12,10 @@ namespace {
 
 // a released point, which is elastic, is made anew above this stretch and below its inverse in volume,
 // however small RELEASE is.  Test: verification/contact/g3_grains.inp
-const double RENEW = 1.5;
+const double RESHAPE = 1.5;
 // a released point is no smaller than this part of its natural size along each axis of its stretch, and once
 // more when it is fitted between others.  Test: verification/contact/g4_box
-const double LEAST_SIZE = 0.5;
+const double MIN_SIZE = 0.5;
 
 // F of a point; 33 is 1 in the plane                                                          (3.5)
 Eigen::Matrix3d gradient(const Points& pts, int dim, const RealVec& uc, int p)
@@ -98,7 +98,7 @@ Eigen::Matrix3d squeezed(const Eigen::Matrix3d& F)
 {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d stretch = svd.singularValues();
-  for (int i = 0; i < 3; ++i) stretch[i] = std::min(1.0, std::max(LEAST_SIZE, stretch[i]));
+  for (int i = 0; i < 3; ++i) stretch[i] = std::min(1.0, std::max(MIN_SIZE, stretch[i]));
   return svd.matrixV() * stretch.asDiagonal() * svd.matrixV().transpose();
 }
 
@@ -107,7 +107,7 @@ Eigen::Matrix3d squeezed(const Eigen::Matrix3d& F)
 void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Eigen::Matrix3d>& map)
 {
   const Points& pts = st.points;
-  std::vector<GrainShape> grain;
+  std::vector<ReleasedShape> released;
   IntVec number;
   map.clear();
   for (int p : fresh) {
@@ -115,7 +115,7 @@ void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Ei
     read_fragment(pts, m.dim, st.n, p, g);
     const Eigen::Matrix3d F = gradient(pts, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
     const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x);
-    GrainShape shape;
+    ReleasedShape shape;
     shape.number = pts.point_number(p);
     shape.shape  = static_cast<Shape>(pts.shape[p]);
     for (int i = 0; i < 3; ++i) shape.centre[i] = x[i];
@@ -125,16 +125,16 @@ void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Ei
     }
     number.push_back(shape.number);
     map.push_back(U);
-    if (!m.part.window || m.part.works(pts.parent[p])) grain.push_back(shape);
+    if (!m.part.window || m.part.works(pts.parent[p])) released.push_back(shape);
   }
-  const auto before = [](const GrainShape& g, const GrainShape& h) { return g.number < h.number; };
-  if (m.part.window) comm_allgatherv(grain);
-  std::sort(grain.begin(), grain.end(), before);
-  frac_room(m, st, LEAST_SIZE, grain);
+  const auto before = [](const ReleasedShape& g, const ReleasedShape& h) { return g.number < h.number; };
+  if (m.part.window) comm_allgatherv(released);
+  std::sort(released.begin(), released.end(), before);
+  frac_room(m, st, MIN_SIZE, released);
   for (size_t i = 0; i < number.size(); ++i) {
-    GrainShape of;
+    ReleasedShape of;
     of.number = number[i];
-    map[i] *= std::lower_bound(grain.begin(), grain.end(), of, before)->scale;
+    map[i] *= std::lower_bound(released.begin(), released.end(), of, before)->scale;
   }
 }
 
@@ -202,10 +202,10 @@ void forget_flow(const Model& m, const Points& pts, int p, RealVec& hp)
 }
 
 // is point p, which is broken, to be released or made anew?
-bool is_torn(const Model& m, const FracMesh& fm, const Points& pts, const RealVec& uc, int p)
+bool must_release(const Model& m, const FracMesh& fm, const Points& pts, const RealVec& uc, int p)
 {
   const double release = m.conversion[fm.conv[pts.parent[p]]].release,
-               limit   = pts.released[p] ? std::max(release, RENEW) : release;
+               limit   = pts.released[p] ? std::max(release, RESHAPE) : release;
   if (release == 0.0) return false;
   const Eigen::Matrix3d F = gradient(pts, m.dim, uc, p);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C(F.transpose() * F, Eigen::EigenvaluesOnly);
@@ -213,11 +213,11 @@ bool is_torn(const Model& m, const FracMesh& fm, const Points& pts, const RealVe
 }
 
 // Torn points that are here, and their place among those of all ranks
-struct TornPoints { IntVec point, turn; };
+struct ReleasedPoints { IntVec point, turn; };
 
-TornPoints torn_here(const IntVec& number, const Points& pts)
+ReleasedPoints released_here(const IntVec& number, const Points& pts)
 {
-  TornPoints here;
+  ReleasedPoints here;
   const IntVec& own = pts.part.point;
   for (size_t k = 0; k < number.size(); ++k) {
     int p = number[k];
@@ -243,7 +243,7 @@ int count_of_all(const Model& m, const Points& pts, const IntVec& list)
 
 }  // namespace
 
-void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts, const Level& l,
+void frac_to_release(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts, const Level& l,
                IntVec& out)
 {
   out.clear();
@@ -254,7 +254,7 @@ void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Poi
   for (int p = 0; p < pts.npoint; ++p) {
     const int e = pts.parent[p];
     if (pts.broken[p] < 0 || e < 0 || fm.conv[e] < 0 || (window && !m.part.works(e))) continue;
-    if (is_torn(m, fm, pts, l.uc, p)) out.push_back(pts.point_number(p));
+    if (must_release(m, fm, pts, l.uc, p)) out.push_back(pts.point_number(p));
   }
   if (!window) return;
   comm_allgatherv(out);
@@ -266,7 +266,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool
   Points& pts   = st.points;
   Fracture& fr  = st.frac;
   const int all = static_cast<int>(number.size());
-  const TornPoints torn = torn_here(number, pts);
+  const ReleasedPoints torn = released_here(number, pts);
   IntVec fresh;
   for (int p : torn.point)
     if (!pts.released[p]) fresh.push_back(p);
@@ -345,10 +345,10 @@ bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, const P
     point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, first, share, start);
     if (!match_corners(of, start, had, e, number)) return false;
     // points of here alone would not tell: those that were released may not be here
-    start.apart.resize(start.ncorner, 0);
+    start.unshared_since.resize(start.ncorner, 0);
     for (int c = old; c < start.ncorner; ++c)
-      if (number[c] >= 0 && number[c] < static_cast<int>(of.apart.size()))
-        start.apart[c] = of.apart[number[c]];
+      if (number[c] >= 0 && number[c] < static_cast<int>(of.unshared_since.size()))
+        start.unshared_since[c] = of.unshared_since[number[c]];
   }
   return release(r, std::numeric_limits<int>::max());
 }
@@ -365,5 +365,5 @@ bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
       if (start.Xc[c * m.dim + i] != pts.Xc[c * m.dim + i]) return false;
   return start.shape == pts.shape && start.conn.off == pts.conn.off &&
          start.conn.item == pts.conn.item && start.body == pts.body && start.of_elem == pts.of_elem &&
-         start.parent == pts.parent && start.twin == pts.twin && left.item == st.frac.left.item;
+         start.parent == pts.parent && start.first_copy == pts.first_copy && left.item == st.frac.left.item;
 }

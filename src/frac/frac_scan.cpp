@@ -93,7 +93,7 @@ double crack_share(const Scan& s, int e, int o) { return s.fm.volume[s.fm.volume
 bool grown_along(const Scan& s, int e, const double* x, double radius, double least, double* d)
 {
   double mid[3] = {0, 0, 0}, volume = 0.0, norm = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], radius * AT_RADIUS, [&](int o, double) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], radius * AT_RADIUS, [&](int o, double) {
     if (!s.cracked(o)) return;
     const double v = crack_share(s, e, o);
     volume += v;

@@ -46,7 +46,7 @@ const double AT_RADIUS = 1.0 + 1e-6;
 template <class Use>
 void in_ball(const Scan& s, int e, Use use)
 {
-  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e) * AT_RADIUS, use);
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], radius_of(s, e) * AT_RADIUS, use);
 }
 
 // mean_strain : of an intact element                                                       [dim*dim]

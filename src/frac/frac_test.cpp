@@ -15,19 +15,19 @@ const double PI = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
-const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
+const double TIME_STEPS = 1e6;               // parts of an increment: rounding must not part a symmetric pair
 // A crack kinks where that releases more by this part: at a notch, whose direction is known, more than
 // straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4,
 // and the staircase of a mesh that looks like shear releases less. In motion waves look like shear too (A14).
 // Test: A10, P7, K2 (fracture/kink_inclined.inp)
-const double MORE = 1.05, MORE_GROWN = 1.15, MORE_MOTION = 1.15;
+const double KINK_GAIN = 1.05, KINK_GAIN_GROWN = 1.15, KINK_GAIN_MOTION = 1.15;
 // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
-const double tied = 1e-3;
+const double RANK_TOL = 1e-3;
 // what breaks of a front in space breaks together: |J| of its elements differs by that where it is straight
 // Test: A10, K5
-const double FRONT = 0.03;
+const double FRONT_TOL = 0.03;
 // cosine of the normals of two faces that are opposite
-const double OPPOSITE = -0.5;
+const double OPPOSITE_COS = -0.5;
 
 // ---- energy average in a ball                                                      (7.3), (7.4)
 
@@ -57,7 +57,7 @@ double ball_estimate(Scan& s, int e, bool bound = false)
 {
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], radius + s.fm.local[e], [&](int o, double r) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], radius + s.fm.local[e], [&](int o, double r) {
     if (s.removed(o) || s.el.initial_block[o] < 0 || frac_other_material(s.el, e, o)) return;
     const double w = ball_weight(s, e, radius, r) * s.fm.volume[o];
     volume += w;
@@ -80,7 +80,7 @@ double slot_release(const Scan& s, const Tip& t)
 bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
 {
   bool left = false, slot = false, found = false;
-  frac_near(s.fm, &s.fm.centre[3 * e], FRAC_NOTCH * s.fm.local[e] * AT_RADIUS, [&](int o, double) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], FRAC_NOTCH * s.fm.local[e] * AT_RADIUS, [&](int o, double) {
     left = left || s.broken(o);
     slot = slot || s.removed(o);
     Tip x;
@@ -91,14 +91,14 @@ bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
   if (s.m.dim == 3 || left || (slot ? !found : !notch_end(s, e, t))) return false;
   if (!slot) modes_ahead(s, e, t);
   k = kink_of(t.ratio);
-  return k.gain >= MORE_MOTION;
+  return k.gain >= KINK_GAIN_MOTION;
 }
 
 // in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
 // Test: K4
-const double TO_INTERFACE = 3.0;
+const double INTERFACE_DISTANCE = 3.0;
 // times the release of an element, about 7 h/c_R: a tip that has not moved for longer is at rest. Test: K4
-const double AT_REST = 4.0;
+const double REST_TIME = 4.0;
 
 // normal n of a crack that grows along d; in space d becomes the part of J square to n; false: there is none
 bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
@@ -130,7 +130,7 @@ double sharp_share(Scan& s, int ahead)
   double x[3], d[3], n[3], J[3], share = 1.0;
   const bool force = estimate_of(s, ahead) == ESTIMATE_FORCE;
   const double h = s.fm.local[ahead], radius = force ? radius_of(s, ahead) : FRAC_NOTCH * h;
-  if (crack_face(s, ahead, x, d) && near_interface(s, x, TO_INTERFACE * h)) {
+  if (crack_face(s, ahead, x, d) && near_interface(s, x, INTERFACE_DISTANCE * h)) {
     const double G0 = force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead);
     grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, d);
     const double G = crack_axes(s, ahead, J, d, n) ? sharp_release(s, ahead, x, d, n) : 0.0;
@@ -145,12 +145,12 @@ double sharp_share(Scan& s, int ahead)
 double rest_share(Scan& s, int e)
 {
   const double *c = &s.fm.centre[3 * e], h = s.fm.local[e];
-  if (s.m.dim == 3 || !near_interface(s, c, (TO_INTERFACE + 1.0) * h)) return 1.0;
+  if (s.m.dim == 3 || !near_interface(s, c, (INTERFACE_DISTANCE + 1.0) * h)) return 1.0;
   double last = -1e300, d[3];
-  frac_near(s.fm, c, FRAC_NOTCH * h * AT_RADIUS, [&](int o, double) {
+  frac_in_ball(s.fm, c, FRAC_NOTCH * h * AT_RADIUS, [&](int o, double) {
     if (s.broken(o)) last = std::max(last, s.fr.time[o]);
   });
-  if (s.l.time - last < AT_REST * s.fm.release[e]) return 1.0;
+  if (s.l.time - last < REST_TIME * s.fm.release[e]) return 1.0;
   if (!grown_along(s, e, c, FRAC_NOTCH * h, 0.0, d)) return 1.0;
   const int ahead = element_ahead(s, e, d);
   return ahead >= 0 && s.intact(ahead) && s.fm.def[ahead] >= 0 ? sharp_share(s, ahead) : 1.0;
@@ -217,7 +217,7 @@ bool behind_tip(Scan& s, int e)
   const double reach = force ? radius_of(s, e) : spacing_of(s, e),
                limit = relative_drive(s, e) / (force ? TIP_STATICS : TIP_MOTION);
   bool found = false;
-  frac_near(s.fm, &s.fm.centre[3 * e], reach * AT_RADIUS,
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], reach * AT_RADIUS,
             [&](int o, double) { found = found || competes(s, o, limit); });
   return found;
 }
@@ -255,7 +255,7 @@ bool crack_reaches(const Scan& s, int e)
 bool may_start(Scan& s, int e)
 {
   if (crack_reaches(s, e)) return false;
-  const double limit = (1.0 + tied) * relative_drive(s, e);
+  const double limit = (1.0 + RANK_TOL) * relative_drive(s, e);
   if (beside(s, e, [&](int o) { return competes(s, o, limit); })) return false;
   bool good = true;
   in_ball(s, e, [&](int o, double) { good = good && !competes(s, o, limit); });
@@ -264,7 +264,7 @@ bool may_start(Scan& s, int e)
 
 // cosine of the directions of a crack in the ball and in half of it, 20 degrees: less is bent.
 // Test: K1 (fracture/k2_kinks), A10
-const double BENT = 0.94;
+const double BENT_COS = 0.94;
 
 // the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
 // lines; a kink goes by its own direction, not that of the crack behind it; in space the way along the front
@@ -275,7 +275,7 @@ double force_rank(const Scan& s, int e, const double* J, double G)
   const double *x = &s.fm.centre[3 * e], radius = radius_of(s, e);
   if (!grown_along(s, e, x, radius, 0.0, d)) return G;
   if (s.m.dim == 2 && grown_along(s, e, x, 0.5 * radius, 0.0, near) &&
-      d[0] * near[0] + d[1] * near[1] < BENT)
+      d[0] * near[0] + d[1] * near[1] < BENT_COS)
     std::copy_n(near, 3, d);
   const double ahead = J[0] * d[0] + J[1] * d[1] + J[2] * d[2];
   if (s.m.dim == 2 || ahead <= 0.0 || !crack_plane(s, e, n)) return ahead;
@@ -290,7 +290,7 @@ double fallback_of(const Scan& s, int e)
 }
 
 // a ligament: a crack on two sides of it that do not meet at an edge, or all around it
-bool left_behind(const Scan& s, int e)
+bool is_ligament(const Scan& s, int e)
 {
   if (s.def(e).fallback >= 0.0) return true;
   double way[6][3], mid[3];
@@ -305,13 +305,13 @@ bool left_behind(const Scan& s, int e)
       for (int i = 0; i < 3; ++i) dot += way[a][i] * way[b][i];
       const double sizes = std::hypot(way[a][0], way[a][1], way[a][2]) *
                            std::hypot(way[b][0], way[b][1], way[b][2]);
-      found = found || dot < OPPOSITE * sizes;
+      found = found || dot < OPPOSITE_COS * sizes;
     }
   return found;
 }
 
 // the crack holds the direction of growth: what of N is along J goes
-void turn_off(const double* J, double* N)
+void remove_along(const double* J, double* N)
 {
   const double JJ = J[0] * J[0] + J[1] * J[1] + J[2] * J[2];
   if (JJ == 0.0) return;
@@ -339,12 +339,12 @@ const double KINK_LENGTH = 3.0;
 // cosine between the way into an element at a crack and where the crack goes, or its plane; less, or with
 // a centre so many sizes off the plane it lies beside the crack, and what breaks there is a kink. Test:
 // K7
-const double BESIDE = 0.5, ASIDE = 0.6;
+const double BESIDE_COS = 0.5, BESIDE_DISTANCE = 0.6;
 // in sizes of an element: from the middle of what is cracked within 2.5 of them along it; less: the crack
 // passes by
-const double MIDDLE = 0.5;
+const double MIDDLE_DISTANCE = 0.5;
 
-const int KINK_MOST = 16;      // elements of a kink
+const int MAX_KINK = 16;      // elements of a kink
 
 // A candidate, with all that the choice among those of all ranks looks at
 struct Candidate {
@@ -353,12 +353,12 @@ struct Candidate {
   double spacing  = 0.0;       // of those that break in one test
   double fallback = 0.0;       // part of Gc h that breaks it anywhere
   bool griffith = false, force = false, order_all = false;
-  double level = tied;         // part of the rank of the best placed one with which it is level
+  double level = RANK_TOL;         // part of the rank of the best placed one with which it is level
   int front = -1, front_label = 0;
   bool decides = false;        // at a straight crack of the start: other elements of the ball are beside it
   // mixed mode: the elements of the kink
   int nkink = 0;
-  Erosion kink[KINK_MOST];
+  Erosion kink[MAX_KINK];
 };
 
 Erosion erosion_of(const Scan& s, int e, double value, double rank, const double* J)
@@ -379,7 +379,7 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   c.griffith  = d.criterion == CRITERION_GRIFFITH;
   c.force     = c.griffith && estimate_of(s, e) == ESTIMATE_FORCE;
   c.order_all = d.order == ORDER_ALL;
-  if (c.force && s.m.dim == 3) c.level = FRONT;
+  if (c.force && s.m.dim == 3) c.level = FRONT_TOL;
   c.front       = c.x.number;
   c.front_label = c.x.label;
   return c;
@@ -445,9 +445,9 @@ void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
 }
 
 // BALL: W_most, the largest energy / volume of any element, is too little
-bool out_of_reach(const Scan& s, int e, double W_most)
+bool out_of_reach(const Scan& s, int e, double W_max)
 {
-  return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
+  return ball_constant(s, e) * radius_of(s, e) * W_max * ROUNDING < s.fm.gc[e];
 }
 
 // the elements along the kink of the tip t, from x on, break by the value of c; false: there are none
@@ -459,7 +459,7 @@ bool take_line(const Scan& s, const Tip& t, const double* x, const Kink& k, doub
   const double J[3]  = {G * go[0], G * go[1], 0.0};
   IntVec line;
   if (!along_line(s, e, x, go, KINK_LENGTH * s.fm.local[e], line)) return false;
-  c.nkink = std::min<int>(KINK_MOST, line.size());
+  c.nkink = std::min<int>(MAX_KINK, line.size());
   for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], value, value, J);
   return true;
 }
@@ -489,7 +489,7 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   }
   const Kink k = kink_of(t.ratio);
   double G     = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
-  if (t.given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
+  if (t.given ? k.gain < KINK_GAIN : G < KINK_GAIN_GROWN * c.x.value) return;
   if (t.given) G -= slot_release(s, t) / s.fm.gc[e] * k.gain;
   if (!take_line(s, t, t.face, k, G, c)) return;
   c.decides = t.given && t.straight;
@@ -502,7 +502,7 @@ bool kinks(const Scan& s, int e)
 {
   Tip t;
   return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_removed(s, e) && crack_tip(s, e, t) &&
-         t.given && t.straight && kink_of(t.ratio).gain >= MORE;
+         t.given && t.straight && kink_of(t.ratio).gain >= KINK_GAIN;
 }
 
 // FORCE: near an interface G changes within an element, and J sees the blunt end of a row. In space a brick
@@ -515,7 +515,7 @@ void take_interface(Scan& s, const double* J, Candidate& c)
   if (s.m.dim == 3 && (c.x.value < 0.5 || s.el.block[s.el.initial_block[e]].shape != SHAPE_HEX8)) return;
   if (s.m.dim == 3 && !crack_face(s, e, x, into)) return;
   const double size = std::hypot(J[0], J[1], J[2]);
-  const bool front  = s.m.dim == 3 && J[0] * into[0] + J[1] * into[1] + J[2] * into[2] > BESIDE * size;
+  const bool front  = s.m.dim == 3 && J[0] * into[0] + J[1] * into[1] + J[2] * into[2] > BESIDE_COS * size;
   const int ahead   = front ? e : element_ahead(s, e, J);
   if (ahead < 0 || !s.intact(ahead)) return;
   scale(sharp_share(s, ahead), c);
@@ -541,8 +541,8 @@ void take_beside(const Scan& s, const double* J, Candidate& c)
     for (int i = 0; i < 3; ++i) way[i] = s.fm.centre[3 * e + i] - mid[i] - away * n[i];
     if (std::hypot(way[0], way[1], way[2]) < 0.5 * s.fm.local[e]) return;
   }
-  if (std::fabs(away) > ASIDE * s.fm.local[e]) ways = 0.0;
-  if (ways >= BESIDE || !blocked(s, e, way)) return;
+  if (std::fabs(away) > BESIDE_DISTANCE * s.fm.local[e]) ways = 0.0;
+  if (ways >= BESIDE_COS || !blocked(s, e, way)) return;
   const double share = kink_share(std::acos(std::max(0.0, ways)));
   scale(share, c);
 }
@@ -576,15 +576,15 @@ bool flank(const Scan& s, int e)
     const double along = s.fm.centre[3 * e + i] - mid[i] - off * n[i];
     apart += along * along;
   }
-  return std::fabs(off) > ASIDE * s.fm.local[e] && std::sqrt(apart) < MIDDLE * s.fm.local[e];
+  return std::fabs(off) > BESIDE_DISTANCE * s.fm.local[e] && std::sqrt(apart) < MIDDLE_DISTANCE * s.fm.local[e];
 }
 
-void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
+void by_griffith(Scan& s, int e, double W_max, std::vector<Candidate>& out)
 {
-  const double least = FRAC_LEAST * s.fm.gc[e] / s.fm.size[e];
+  const double least = FRAC_MIN_DRIVE * s.fm.gc[e] / s.fm.size[e];
   if (s.W[e] <= least) return;
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
-  if (!force && out_of_reach(s, e, W_most)) return timer_skip(PHASE_ESTIMATE);
+  if (!force && out_of_reach(s, e, W_max)) return timer_skip(PHASE_ESTIMATE);
   if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return timer_skip(PHASE_ESTIMATE);
   if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
   const bool at = at_crack(s, e);
@@ -696,7 +696,7 @@ double crack_area(const Scan& s, int e, const double* N)
 {
   const double h = s.fm.size[e];
   std::vector<Cover> all;
-  frac_near(s.fm, &s.fm.centre[3 * e], 2.1 * s.fm.local[e], [&](int o, double) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], 2.1 * s.fm.local[e], [&](int o, double) {
     if (o == e || s.fr.broken[o] < 0) return;
     double n = 0.0, rr = 0.0;
     Cover c;
@@ -747,7 +747,7 @@ double when_met(const Scan& s, const Level& l1, const Erosion& x)
   if (!s.dynamic() || s.fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
   const double value0 = x.gain * value_of(s, x.elem, 0.0);
   if (value0 >= 1.0) return s.l.time;
-  const double part = std::round(FINE * (1.0 - value0) / (x.value - value0)) / FINE;
+  const double part = std::round(TIME_STEPS * (1.0 - value0) / (x.value - value0)) / TIME_STEPS;
   return s.l.time + part * (l1.time - s.l.time);
 }
 
@@ -775,7 +775,7 @@ void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& ener
     if (own) mean_normal(s, e, N);
   } else {
     split_normal(s.law(e), s.m.dim, E, N);
-    turn_off(x.J, N);
+    remove_along(x.J, N);
   }
   fr.broken[e] = s.fm.def[e];
   fr.time[e]   = x.time;
@@ -806,14 +806,14 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   Scan s{m, step, el, fm, fr, l, {}, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
-  double W_most = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
-  if (m.part.on) W_most = comm_allreduce_max(W_most);
+  double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
+  if (m.part.on) W_max = comm_allreduce_max(W_max);
   std::vector<Candidate> all, open;
   for (int e = 0; e < nelem; ++e) {
     if (!m.part.works(e) || fm.def[e] < 0 || !s.intact(e)) continue;
     if (s.def(e).criterion == CRITERION_COHESIVE) by_cohesion(s, e, open);
     else if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
-    else by_griffith(s, e, W_most, all);
+    else by_griffith(s, e, W_max, all);
   }
   join(all);
   join(open);
@@ -823,7 +823,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   if (fallback) {                                 // ligaments that the crack has left behind
     for (int e = 0; e < nelem; ++e)
       if (m.part.works(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
-          fallback_of(s, e) > 0.0 && left_behind(s, e))
+          fallback_of(s, e) > 0.0 && is_ligament(s, e))
         by_element(s, e, fallback_of(s, e), all);
     join(all);
   }

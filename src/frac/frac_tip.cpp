@@ -9,16 +9,16 @@
 namespace {
 
 // cosine of the directions of a crack in the ball and in half of it, 3 degrees: less is no straight one
-const double STRAIGHT = 0.9986;
+const double STRAIGHT_COS = 0.9986;
 // cosine between the crack and the way into an element at its end; less: the element is beside the crack
-const double AHEAD = 0.7;
+const double AHEAD_COS = 0.7;
 // in sizes of an element: distance of the middle of what is cracked in the ball from its end: less is no
 // crack yet that has a direction (three elements of a row: 1.5)
-const double CRACK = 1.4;
+const double MIN_CRACK = 1.4;
 // what the end of a slot leaves of a stress along it on the line ahead
 const double BEFORE_END = 0.85;
 // slope of the sides of a notch that is no slot
-const double OPENS = 0.3;
+const double NOTCH_SLOPE = 0.3;
 // a toughness that is so much larger blocks the way ahead
 const double TOUGHER = 1.2;
 
@@ -31,7 +31,7 @@ double kink_radius(const Scan& s, int e)
 template <class Use>
 void in_kink_ball(const Scan& s, int e, Use use)
 {
-  frac_near(s.fm, &s.fm.centre[3 * e], kink_radius(s, e), use);
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], kink_radius(s, e), use);
 }
 
 // middle of the free faces within radius of an element or a place, by their size
@@ -220,18 +220,18 @@ bool crack_tip(const Scan& s, int e, Tip& t)
   t.elem = e;
   if (!crack_face(s, e, t.face, into)) return false;
   std::copy_n(t.face, 2, t.end);
-  if (!grown_along(s, e, t.face, radius, CRACK * s.fm.local[e], t.d)) return false;
+  if (!grown_along(s, e, t.face, radius, MIN_CRACK * s.fm.local[e], t.d)) return false;
   in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
   // a ligament that is shorter than J and the stress ahead want
   if (!t.given && at_surface(s, e)) return false;
   modes_ahead(s, e, t);
   // a kink is shorter than the ball: the direction of its half counts, if the crack is straighter by it
-  Tip near = t;
-  if (!grown_along(s, e, t.face, 0.5 * radius, 0.0, near.d)) return false;
-  modes_ahead(s, e, near);
-  near.straight = t.straight = t.d[0] * near.d[0] + t.d[1] * near.d[1] > STRAIGHT;
-  if (std::fabs(near.ratio) < std::fabs(t.ratio)) t = near;
-  return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD;
+  Tip half = t;
+  if (!grown_along(s, e, t.face, 0.5 * radius, 0.0, half.d)) return false;
+  modes_ahead(s, e, half);
+  half.straight = t.straight = t.d[0] * half.d[0] + t.d[1] * half.d[1] > STRAIGHT_COS;
+  if (std::fabs(half.ratio) < std::fabs(t.ratio)) t = half;
+  return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD_COS;
 }
 
 // width of the slot that ends at t, in the part of the ball where q falls; of a notch whose sides open: 0
@@ -250,7 +250,7 @@ double slot_width(const Scan& s, const Tip& t)
     size[part > 0.0] += std::fabs(part);
     side[part > 0.0] += std::fabs(part) * (x[1] * t.d[0] - x[0] * t.d[1]);
   }
-  if (size[0] == 0.0 || size[1] == 0.0 || std::fabs(opens) > OPENS * (size[0] + size[1])) return 0.0;
+  if (size[0] == 0.0 || size[1] == 0.0 || std::fabs(opens) > NOTCH_SLOPE * (size[0] + size[1])) return 0.0;
   return std::max(0.0, side[0] / size[0] - side[1] / size[1]);
 }
 

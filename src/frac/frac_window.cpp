@@ -48,7 +48,7 @@ bool points_fit(int dim, const State& s)
                        [=](int i) { return i >= 0 && static_cast<size_t>(i) < end; });
   };
   return p.part.point.size() == n && p.part.corner.size() == c && p.parent.size() == n &&
-         p.Xc.size() == c * dim && p.apart.size() == c && in(fr.released, n) &&
+         p.Xc.size() == c * dim && p.unshared_since.size() == c && in(fr.released, n) &&
          fr.released_at.size() == fr.released.size() && ends(fr.left, fr.released.size()) &&
          in(fr.left.item, c) && ends(p.conn, n) && p.kind.size() == n && p.sampled.size() == n &&
          p.V0.size() == n && p.label.size() == n && p.broken.size() == n && p.normal.size() == 3 * n &&
@@ -96,7 +96,7 @@ bool take_released(const Points& known, int first, Fracture& fr)
 
 // numbers of points or corners become where they are
 template <class Here>
-IntVec places(IntVec number, Here here)
+IntVec indices_here(IntVec number, Here here)
 {
   for (int& n : number) n = here(n);
   return number;
@@ -131,7 +131,7 @@ void take_points(int dim, const Points& known, const IntVec& point, const IntVec
   here.V0     = picked(point, 1, known.V0);
   here.normal = picked(point, 3, known.normal);
   here.hangs  = picked(corner, 1, known.hangs);
-  here.apart  = picked(corner, 1, known.apart);
+  here.unshared_since  = picked(corner, 1, known.unshared_since);
   here.Xc     = picked(corner, dim, known.Xc);       // released points have shapes of their own        (7.34)
   here.part.window  = true;
   here.part.npoint  = known.part.npoint;
@@ -152,22 +152,22 @@ void fit_points(State& st)
   Points& p = st.points;
   for (RealVec* x : {&p.Xc, &p.V0, &p.mass, &p.normal, &p.hang_w, &st.n.uc, &st.n.vc, &st.n.hp}) fit_room(*x);
   for (IntVec* x : {&p.shape, &p.conn.off, &p.conn.item, &p.kind, &p.sampled, &p.body, &p.label, &p.parent,
-                    &p.next, &p.broken, &p.released, &p.field, &p.twin, &p.hang.off, &p.hang.item, &p.hangs,
-                    &p.apart, &p.part.point, &p.part.corner})
+                    &p.next, &p.broken, &p.released, &p.field, &p.first_copy, &p.hang.off, &p.hang.item, &p.hangs,
+                    &p.unshared_since, &p.part.point, &p.part.corner})
     fit_room(*x);
 }
 
 // faces of general contact that are here; place [b.skin]: where they are then, FACE_ELSEWHERE: not here
-void take_skin(const Points& here, Bonds& b, IntVec& place)
+void take_skin(const Points& here, Bonds& b, IntVec& index)
 {
   std::vector<SkinFace> skin;
   RealVec penalty;
-  place.assign(b.contact.skin.size(), FACE_ELSEWHERE);
+  index.assign(b.contact.skin.size(), FACE_ELSEWHERE);
   for (size_t i = 0; i < b.contact.skin.size(); ++i) {
     SkinFace f = b.contact.skin[i];
     if (f.points) f.elem = here.point_here(f.elem);
     if (f.elem < 0) continue;
-    place[i] = static_cast<int>(skin.size());
+    index[i] = static_cast<int>(skin.size());
     skin.push_back(f);
     penalty.push_back(b.contact.skin_penalty[i]);
   }
@@ -206,7 +206,7 @@ void take_bonds(const Model& m, State& st)
   };
   const std::vector<char> own = bond_own(m, st.points);
   const auto is_formed = [&](int q) {
-    if (q >= b.nfixed) return m.bond[b.def[q]].contact.held;
+    if (q >= b.nfixed) return m.bond[b.def[q]].contact.present;
     return std::any_of(b.a.begin(q), b.a.begin(q + 1), [&](int k) { return own[k] != 0; });
   };
   IntVec list;
@@ -256,10 +256,10 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   std::swap(known, st.points);
   const auto of_point  = [&](int number) { return known.point_here(number); };
   const auto of_corner = [&](int number) { return known.corner_here(number); };
-  IntVec &first = known.of_elem, point = places(begin.part.point, of_point),
-         corner = places(begin.part.corner, of_corner);
+  IntVec &first = known.of_elem, point = indices_here(begin.part.point, of_point),
+         corner = indices_here(begin.part.corner, of_corner);
   if (first.size() != static_cast<size_t>(m.mesh.nelem()) || !found(point) || !found(corner)) return false;
-  first = places(first, of_point);
+  first = indices_here(first, of_point);
   for (int e : fr.converted)
     if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0 || first[e] < 0) return false;
   if (!take_released(known, begin.npoint, fr)) return false;

@@ -12,7 +12,7 @@
 namespace {
 
 // the element behind a face, -1: none
-int behind(const Mesh& mesh, const ListTable& of_node, int e, int f)
+int adjacent(const Mesh& mesh, const ListTable& of_node, int e, int f)
 {
   const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[e]].shape];
   const int *node = mesh.conn.begin(e), first = node[info.face[f][0]];
@@ -32,7 +32,7 @@ std::vector<FreeFace> all_free_faces(const Mesh& mesh, const ListTable& of_node,
   for (int e = 0; e < mesh.nelem(); ++e) {
     if (removed[e] || mesh.elem_section[e] < 0) continue;
     for (int f = 0; f < shape_info[elem_table[mesh.elem_type[e]].shape].nface; ++f) {
-      const int o = behind(mesh, of_node, e, f);
+      const int o = adjacent(mesh, of_node, e, f);
       if (o < 0 || removed[o]) out.push_back(free_face(mesh, e, f, o >= 0));
     }
   }
@@ -111,7 +111,7 @@ FreeFace free_face(const Mesh& mesh, int e, int f, bool removed)
   return g;
 }
 
-bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed)
+bool facing(const FreeFace& a, const FreeFace& b, double h, bool opposed)
 {
   double cosine = 0.0, dot = 0.0, before_a = 0.0, before_b = 0.0;
   for (int k = 0; k < 3; ++k) dot += a.area[k] * b.area[k];
@@ -133,7 +133,7 @@ bool notch_among(const std::vector<FreeFace>& face, double h)
   const std::vector<char> open = open_parts(face, part);
   for (size_t i = 0; i < face.size(); ++i)
     for (size_t j = 0; j < i; ++j)
-      if (part[i] == part[j] && open[part[i]] && look_at(face[i], face[j], h, true)) return true;
+      if (part[i] == part[j] && open[part[i]] && facing(face[i], face[j], h, true)) return true;
   return false;
 }
 
@@ -149,7 +149,7 @@ IntVec hollow_elements(const Mesh& mesh, const ListTable& of_node, const IntVec&
     for (int i = at.off[n]; i < at.off[n + 1]; ++i)
       for (int j = at.off[n]; j < i; ++j) {
         const FreeFace &a = face[at.item[i]], &b = face[at.item[j]];
-        if (!look_at(a, b, a.n == 2 ? a.size : std::sqrt(a.size), false)) continue;
+        if (!facing(a, b, a.n == 2 ? a.size : std::sqrt(a.size), false)) continue;
         out.push_back(a.elem);
         out.push_back(b.elem);
       }

@@ -21,7 +21,7 @@ FreeFace free_face(const Mesh& mesh, int e, int f, bool removed);
 
 // look_at : two free faces with nothing but void between them; opposed: and 120 degrees or more between their
 // normals. h: size of the mesh
-bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed);
+bool facing(const FreeFace& a, const FreeFace& b, double h, bool opposed);
 
 // notch_among : the end of a notch lies among the free faces of a ball: two are opposed, others lead from one
 // to the other, and on out of the ball (around a hole that lies in it whole J says nothing)

@@ -83,7 +83,7 @@ void open(const CrackLaw& c, double k, Opening& o)
   o.flexible = o.t > 0.0 && k > 0.0 ? 1.0 / (o.beside + o.s) : 0.0;
   o.w        = o.flexible * o.t;
   if (k > 0.0 ? o.w <= k : o.t <= crack_strength(c)) {
-    if (c.tangent == CRACK_ONWARD && k > 0.0 && o.w >= (1.0 - AT_LARGEST) * k)
+    if (c.tangent == CRACK_ONWARD && k > 0.0 && o.w >= (1.0 - OPENING_TOL) * k)
       o.flexible = 1.0 / (o.beside + cohesion(c, k).slope);
     return;
   }
@@ -93,12 +93,12 @@ void open(const CrackLaw& c, double k, Opening& o)
 }
 
 // energy / volume of the strain without an opening, less what is stored
-double stored_less(const Opening& o) { return (o.t - 0.5 * (o.beside + o.s) * o.w) * o.w / o.width; }
+double released_energy(const Opening& o) { return (o.t - 0.5 * (o.beside + o.s) * o.w) * o.w / o.width; }
 
 // stress of a unit strain sym(N a): C : sym(N a)                                        [6]
 void stress_of(const MatLaw& law, const Vec3& N, const Vec3& a, double* S)
 {
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   const double trace = N.dot(a);
   for (int i = 0; i < 6; ++i)
     S[i] = (i < 3 ? law.lam3 * trace : 0.0) +
@@ -106,7 +106,7 @@ void stress_of(const MatLaw& law, const Vec3& N, const Vec3& a, double* S)
 }
 
 // D -= share S S^T, S of the strain sym(N a)
-void take_out(const MatLaw& law, const Vec3& N, const Vec3& a, double share, double* D)
+void subtract_dyad(const MatLaw& law, const Vec3& N, const Vec3& a, double share, double* D)
 {
   double S[6];
   stress_of(law, N, a, S);
@@ -118,17 +118,17 @@ void take_out(const MatLaw& law, const Vec3& N, const Vec3& a, double share, dou
 // as it is, t/w along it, and the shear of the intact law                                (2.36)
 void soften_secant(const MatLaw& law, const Opening& o, double* D)
 {
-  if (o.w > 0.0) take_out(law, o.N, o.N, 1.0 / ((o.beside + o.s) * o.width), D);
+  if (o.w > 0.0) subtract_dyad(law, o.N, o.N, 1.0 / ((o.beside + o.s) * o.width), D);
 }
 
 // D of the crack from that of the intact law: along N it gives way; in the shear of N and another axis the
 // stress turns with the strain: dS/dE = (S_N - S_a)/(E_N - E_a)                          (2.35)
 void soften(const MatLaw& law, const Opening& o, const Mat3& E, const Mat3& S, double* D)
 {
-  take_out(law, o.N, o.N, o.flexible / o.width, D);
+  subtract_dyad(law, o.N, o.N, o.flexible / o.width, D);
   for (const Vec3& a : {o.B, Vec3(o.N.cross(o.B))}) {
     const double dE = o.N.dot(E * o.N) - a.dot(E * a), dS = o.N.dot(S * o.N) - a.dot(S * a);
-    if (dE > 0.0) take_out(law, o.N, a, (law.mu - 0.5 * dS / dE) / (law.mu * law.mu), D);
+    if (dE > 0.0) subtract_dyad(law, o.N, a, (law.mu - 0.5 * dS / dE) / (law.mu * law.mu), D);
   }
 }
 
@@ -170,7 +170,7 @@ double crack_width(const CrackLaw& c, const double* N)
   double lo = 0.0, hi = 0.0;
   for (int a = 0; a < c.nodes; ++a) {
     double at = 0.0;
-    for (int i = 0; i < c.dim; ++i) at += N[i] * c.place[a * c.dim + i];
+    for (int i = 0; i < c.dim; ++i) at += N[i] * c.X[a * c.dim + i];
     lo = a == 0 ? at : std::min(lo, at);
     hi = a == 0 ? at : std::max(hi, at);
   }
@@ -217,18 +217,18 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   double R[6];
   stress_of(law, o.N, o.w / o.width * o.N, R);
   for (int i = 0; i < 6; ++i) out.S[i] -= part * R[i];
-  double released = stored_less(o);
+  double released = released_energy(o);
   out.dissipated  = (dissipated_to(c, o.k) - dissipated_to(c, h_n[CRACK_OPENING])) / o.width;
   for (int i = 0; i < 3; ++i) h_np1[CRACK_NORMAL + i] = o.N[i];
   h_np1[CRACK_WIDTH]   = o.width;
   h_np1[CRACK_OPENING] = o.k;
-  if (o.t > 0.0 && o.k < SETTLES * crack_open(c)) {    // the width of the next increment; the energy goes on
+  if (o.t > 0.0 && o.k < SETTLED * crack_open(c)) {    // the width of the next increment; the energy goes on
     Opening next = o;
     h_np1[CRACK_WIDTH] = next.width = crack_width(c, o.N.data());
     next.beside = (law.lam3 + 2.0 * law.mu) / next.width;
     open(c, o.k, next);
-    out.dissipated += stored_less(next) - released;
-    released = stored_less(next);
+    out.dissipated += released_energy(next) - released;
+    released = released_energy(next);
   }
   out.psi -= part * released;
   out.dissipated *= part;

@@ -22,7 +22,7 @@ using Mat3 = Eigen::Matrix3d;
 
 enum { CRACK = FLOW_EQUIVALENT + 1, FLOW_WORK = CRACK + CRACK_OPENING + 1 };     // history, after the flow
 // of the elastic stiffness: what gives way at least, where material that flows lets its crack snap
-const double STIFF = 1e-3;
+const double MIN_STIFFNESS = 1e-3;
 
 // The crack and what is beside it, at one strain
 struct Opened {
@@ -82,12 +82,12 @@ Opened open(const Closed& c, double k)
   o.w      = opening(c, k, grows);
   o.k      = std::max(k, o.w);
   o.beside = c.at(o.w);
-  const bool onward = c.law.crack.tangent == CRACK_ONWARD && o.w >= (1.0 - AT_LARGEST) * o.k;
+  const bool onward = c.law.crack.tangent == CRACK_ONWARD && o.w >= (1.0 - OPENING_TOL) * o.k;
   o.s               = c.secant(o.k);
   const bool secant = c.law.crack.tangent == CRACK_SECANT || !(grows || onward);
   const double gives =
       o.beside.c(c.axis, c.axis) / c.width + (secant ? o.s : cohesion(c.law.crack, o.k).slope + c.left());
-  o.flexible = 1.0 / std::max(gives, STIFF * c.elastic());
+  o.flexible = 1.0 / std::max(gives, MIN_STIFFNESS * c.elastic());
   return o;
 }
 
@@ -152,7 +152,7 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
     h_np1[CRACK + CRACK_WIDTH]   = o.width;
     h_np1[CRACK + CRACK_OPENING] = o.k;
     out.dissipated += (dissipated_to(crack, o.k) - dissipated_to(crack, k)) / o.width;
-    if (o.w > 0.0 && o.k < SETTLES * crack_open(crack)) follow(c, t, o, h_np1 + CRACK, out);
+    if (o.w > 0.0 && o.k < SETTLED * crack_open(crack)) follow(c, t, o, h_np1 + CRACK, out);
   }
   // 4. tangent
   if (!tangent) return true;

@@ -33,7 +33,7 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
   const double B[6] = {(c1 * c2 - A[4] * A[4]) / det,   (c0 * c2 - A[5] * A[5]) / det,
                        (c0 * c1 - A[3] * A[3]) / det,   (A[5] * A[4] - A[3] * c2) / det,
                        (A[3] * A[5] - c0 * A[4]) / det, (A[3] * A[4] - A[5] * c1) / det};   // C^-1
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   // mu J^-2/3 C^-1 dev C, with dev C = dev A
   for (int k = 0; k < 6; ++k) {
     double s = 0.0;

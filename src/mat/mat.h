@@ -32,7 +32,7 @@ struct CrackLaw {
   double strength = 0.0;       // force/length^2
   double gc       = 0.0;       // toughness                                     force/length
   double scatter  = 1.0;       // factor of both
-  const double* place = nullptr;       // nodes of the element [nodes*dim]: its width along a normal
+  const double* X = nullptr;       // nodes of the element [nodes*dim]: its width along a normal
   int nodes = 0, dim = 0;
   CrackTangent tangent = CRACK_TANGENT;      // KernelMode
 };

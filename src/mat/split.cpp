@@ -10,7 +10,7 @@
 
 namespace {
 
-using V = VoigtPlace<3>;
+using V = VoigtIndex<3>;
 
 const double Id[6]   = {1, 1, 1, 0, 0, 0};
 

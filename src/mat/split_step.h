@@ -43,7 +43,7 @@ struct StrainStep {
 template <int D>
 inline void add_dyad(double w, const double* A, const double* B, double* C)
 {
-  using V = VoigtPlace<D>;
+  using V = VoigtIndex<D>;
   constexpr int nv = V::nv;
   for (int i = 0; i < nv; ++i)
     for (int j = 0; j < nv; ++j) {
@@ -56,7 +56,7 @@ inline void add_dyad(double w, const double* A, const double* B, double* C)
 template <int D>
 inline void add_identity(double a, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   for (int i = 0; i < nv; ++i) C[i * nv + i] += a * (i < D ? 1.0 : 0.5);
 }
 
@@ -64,7 +64,7 @@ inline void add_identity(double a, double* C)
 template <int D>
 inline void tangent_times(const double* C, const double* d, double* out)
 {
-  using V = VoigtPlace<D>;
+  using V = VoigtIndex<D>;
   constexpr int nv = V::nv;
   for (int i = 0; i < nv; ++i) {
     double sum = 0.0;
@@ -78,7 +78,7 @@ template <int D>
 inline void split_discrete(const MatLaw& law, const KernelMode& mode, const double* E0,
                         const double* E1, double* S, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   const StrainStep<D> e(E0, E1);
   double S1[D * D], S0[D * D], Cm[nv * nv], psi0, psi1, psim, work = 0.0;
   split_eroded(law, D, law.split, mode.finite, law.c, e.mid, law.N, &psim, S, C ? Cm : nullptr);
@@ -115,7 +115,7 @@ template <int D>
 inline void split_discrete_kink(const MatLaw& law, const KernelMode& mode, const double* E0,
                              const double* E1, double* S, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   const StrainStep<D> e(E0, E1);
   double psi, Cm[nv * nv];
   SplitKink k0, m, k1;
@@ -180,9 +180,9 @@ inline double compression(const double* S)
 
 // adds the shear stiffness k across the crack                                        (2.16)
 template <int D>
-inline void hold_shear(const double* N, double k, const double* E, double* S, double* C)
+inline void add_shear_stiffness(const double* N, double k, const double* E, double* S, double* C)
 {
-  using V = VoigtPlace<D>;
+  using V = VoigtIndex<D>;
   constexpr int nv = V::nv;
   double v[D], en = 0.0;
   for (int i = 0; i < D; ++i) {
@@ -208,12 +208,12 @@ template <int D>
 inline void split_stress(const MatLaw& law, const KernelMode& mode, const double* E0,
                              const double* E1, double* S, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   double psi, S0[D * D], S1[D * D], C1[nv * nv];
   if (!mode.mid) {
     split_eroded(law, D, law.split, mode.finite, law.c, E1, law.N, &psi, S, C);
     if (mode.is_static && mode.finite && (law.split == SPLIT_RCE || law.split == SPLIT_VD))
-      hold_shear<D>(law.N, 2.0 * compression<D>(S), E1, S, C);
+      add_shear_stiffness<D>(law.N, 2.0 * compression<D>(S), E1, S, C);
     return;
   }
   if (split_has_kink(law, law.split)) split_discrete_kink<D>(law, mode, E0, E1, S, C);

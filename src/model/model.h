@@ -33,11 +33,11 @@ struct Mesh {
   int nelem() const { return static_cast<int>(elem_label.size()); }
 };
 
-struct StrangerPair {          // two parts that do not know of each other
+struct UncoupledPair {          // two parts without contact or bond between them
   int body = -1;               // a body of points
   int other = -1;              // another body, or
   int section = -1;            // the elements of a section
-  bool told = false;
+  bool reported = false;
 };
 
 struct Face {
@@ -78,7 +78,7 @@ struct MeshPart {
   std::vector<char> notch;
   bool joined = false;         // all elements of the deck hang together by common faces
   bool tied = false;           // the deck has equations between displacements
-  std::vector<StrangerPair> strangers;       // of the whole model (overlap_pairs)
+  std::vector<UncoupledPair> uncoupled;       // of the whole model (overlap_pairs)
   std::vector<Face> skin;      // general contact: outer faces at t = 0 of the whole mesh
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
   bool knows_points(int e) const { return !window || with_points[e]; }         // that e becomes
@@ -260,7 +260,7 @@ struct ContactDef {            // *CONTACT PAIR, *CONTACT
   // *CONTACT: all outer faces, each with places on it, against all; the last property that fits counts
   bool general = false;
   // divided model, a contact pair: this rank may have contact points of it, and knows what they may meet
-  bool held = true;
+  bool present = true;
   double stiff = 0.0;          // the same: largest mat_stiffness behind the master surface, of all ranks
   std::vector<ContactRule> include, exclude, property;
 };

@@ -393,7 +393,8 @@ Model model_cut_piece(ModelCut& c, int r)
   m.part.elem  = items(c.elem, r);
   for (int n : m.part.node) m.part.deck.push_back(c.deck.empty() ? n : c.deck[n]);
   for (int e : m.part.elem) m.part.rank.push_back(c.rank[e]);
-  for (std::size_t d = 0; d < m.bond.size() && !c.held.empty(); ++d) m.bond[d].contact.held = c.held[r][d];
+  for (std::size_t d = 0; d < m.bond.size() && !c.present.empty(); ++d)
+    m.bond[d].contact.present = c.present[r][d];
   if (!c.point.empty()) m.part.near_point = c.point[r];
   if (!c.notch.empty()) m.part.notch = picked(m.part.elem, 1, c.notch);
   if (m.part.window) {

@@ -34,7 +34,7 @@ struct ModelCut {              // the whole model, taken apart
   OfRanks<int> elem, node;     // index in the mesh that is divided, ascending; with outer elements
   OfRanks<int> near;           // outer elements whose points each rank knows; empty: no MeshPart::window
   std::vector<std::vector<PointHome>> point;         // [ranks] MeshPart::near_point; empty: none
-  std::vector<IntVec> held;    // [ranks] BondDef::held, for each of bond; empty: all are
+  std::vector<IntVec> present; // [ranks] ContactDef::present, for each of bond; empty: all are
   std::vector<char> notch;     // [nelem] MeshPart::notch of the mesh that is divided; empty: nothing breaks
   PieceLists work, all;        // of what each rank works on; with outer elements
   IntVec elem_index, node_index;       // index in the piece that is cut

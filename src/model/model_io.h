@@ -47,10 +47,10 @@ inline void io(Archive& f, Mesh& x)
   io_fields<Mesh>(f, node_label, X, elem_label, elem_type, elem_section, conn);
 }
 
-inline void io(Archive& f, StrangerPair& x)
+inline void io(Archive& f, UncoupledPair& x)
 {
-  auto& [body, other, section, told] = x;
-  io_fields<StrangerPair>(f, body, other, section, told);
+  auto& [body, other, section, reported] = x;
+  io_fields<UncoupledPair>(f, body, other, section, reported);
 }
 
 inline void io(Archive& f, PointHome& x)
@@ -62,9 +62,9 @@ inline void io(Archive& f, PointHome& x)
 inline void io(Archive& f, MeshPart& x)
 {
   auto& [on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-         around_points, near_point, notch, joined, tied, strangers, skin] = x;
+         around_points, near_point, notch, joined, tied, uncoupled, skin] = x;
   io_fields<MeshPart>(f, on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-                      around_points, near_point, notch, joined, tied, strangers, skin);
+                      around_points, near_point, notch, joined, tied, uncoupled, skin);
 }
 
 inline void io(Archive& f, Set& x)
@@ -151,10 +151,10 @@ inline void io(Archive& f, ContactRule& x)
 
 inline void io(Archive& f, ContactDef& x)
 {
-  auto& [master, friction, overlap, adjust, by_face, stick, general, held, stiff, include, exclude,
+  auto& [master, friction, overlap, adjust, by_face, stick, general, present, stiff, include, exclude,
          property] = x;
-  io_fields<ContactDef>(f, master, friction, overlap, adjust, by_face, stick, general, held, stiff, include,
-                        exclude, property);
+  io_fields<ContactDef>(f, master, friction, overlap, adjust, by_face, stick, general, present, stiff,
+                        include, exclude, property);
 }
 
 inline void io(Archive& f, BondDef& x)

@@ -27,13 +27,14 @@ struct PointPart {
   IntVec point, corner;
   IntVec rank;                 // on: [points from the start] who works on it
   IntVec numbered;             // window: corners in the order of their numbers
-  bool held = false;           // some rank has a corner of points of others alone
+  bool lone_corners = false;   // some rank has a corner of points of other ranks alone
   Halo halo;                   // corners that other ranks have too; their owner has a point with it
   std::vector<char> several;   // window: [ncorner] points of several ranks have it
   Halo start;                  // window: that of the corners that are there from the start
-  ListTable near;              // corners of those points: those that are here, and -1 - place in foreign
-  IntVec near_shape;           // [near] their Shape
-  IntVec foreign;              // number among the corners of all ranks
+  // corners of halo points: index here, or -1 - index into outer_corner
+  ListTable outer_conn;
+  IntVec outer_shape;          // [outer_conn] their Shape
+  IntVec outer_corner;         // their numbers among the corners of all ranks
 };
 
 // Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
@@ -60,17 +61,18 @@ struct Points {
   IntVec released;              // [npoint] 1: released from its neighbours, its corners are its own
   IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
   // [ncorner] the first corner of the same name: itself, or that of an element that became points before
-  IntVec twin;
+  IntVec first_copy;
   // [ncorner] of corners made by conversion: at a node that node, between nodes -1 - corner of each of them
   ListTable hang;
   RealVec hang_w;              // [hang.item] weights, sum 1
   IntVec hangs;                // [ncorner] HangOn; empty: all on the grid
   // [ncorner], or as many as there were then: corners of elements with a released point, and those of their
   // names: points that there were then, of all ranks; later conversions share them no more. 0: others
-  IntVec apart;
+  IntVec unshared_since;
   bool shareable(int c, int before) const
   {
-    return c >= static_cast<int>(apart.size()) || apart[c] == 0 || apart[c] > before;
+    return c >= static_cast<int>(unshared_since.size()) || unshared_since[c] == 0 ||
+           unshared_since[c] > before;
   }
   // HangOn of a corner: what carries it                                                 (7.14)
   int carrier(int c) const

@@ -98,16 +98,19 @@ inline void io(Archive& f, Points& x)
   if (filled) return;
   const bool skip = state_takes(f);    // what the conversions give once more
   auto& [npoint, ncorner, Xc, shape, conn, kind, kinds, sampled, V0, mass, body, label, of_elem, parent, next,
-         broken, normal, released, field, twin, hang, hang_w, hangs, apart, boundary, surface, part] = x;
-  if (!f.reading && !f.part) apart.resize(ncorner, 0);
+         broken, normal, released, field, first_copy, hang, hang_w, hangs, unshared_since, boundary, surface,
+         part] = x;
+  if (!f.reading && !f.part) unshared_since.resize(ncorner, 0);
   DomainNumbers d;
   if (!f.reading) d = domain_lists(x);
   io_all(f, of_corners(Xc), of_points(shape, skip), Divided<double>{d.w, PER_CONN, skip},
          Divided<double>{d.G, PER_CONN}, of_points(sampled), Divided<double>{d.mc, PER_PAIR, skip},
          of_points(V0), of_points(mass, skip), of_points(body, skip), of_points(label), of_elems(of_elem),
          of_points(next, skip), of_points(broken), of_points(normal), of_points(released, skip),
-         of_corners(field, skip), of_corners(twin, skip), DividedLists{hang, PER_CORNER, PER_HANG, skip},
-         Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs), of_corners(apart));
+         of_corners(field, skip), of_corners(first_copy, skip),
+         DividedLists{hang, PER_CORNER, PER_HANG, skip},
+         Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs),
+         of_corners(unshared_since));
   if (f.reading) domains_from_lists(d, skip, x);
 }
 

@@ -17,8 +17,8 @@ Points numbered(const Model& m, const IntVec& points, const IntVec& corners, con
 {
   const int dim = m.dim;
   const IntVec &point = p.part.point, &corner = p.part.corner;
-  IntVec apart = p.apart;
-  apart.resize(p.ncorner, 0);
+  IntVec unshared = p.unshared_since;
+  unshared.resize(p.ncorner, 0);
   Points out;
   out.npoint  = p.part.npoint;
   out.ncorner = p.part.ncorner;
@@ -33,13 +33,13 @@ Points numbered(const Model& m, const IntVec& points, const IntVec& corners, con
   out.mass   = picked(points, 1, p.mass);
   out.normal = picked(points, 3, p.normal);
   out.field  = picked(corners, 1, p.field);
-  out.twin   = picked(corners, 1, p.twin);
+  out.first_copy = picked(corners, 1, p.first_copy);
   out.hang   = picked(corners, p.hang);
   out.hang_w = picked(corners, p.hang.off, 1, p.hang_w);
   out.hangs  = picked(corners, 1, p.hangs);
-  out.apart  = picked(corners, 1, apart);
+  out.unshared_since = picked(corners, 1, unshared);
   for (int& q : out.next) q = point[q];
-  for (IntVec* list : {&out.conn.item, &out.twin})
+  for (IntVec* list : {&out.conn.item, &out.first_copy})
     for (int& c : *list) c = corner[c];
   for (int& k : out.hang.item)
     if (k < 0) k = -1 - corner[-1 - k];

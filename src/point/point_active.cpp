@@ -645,6 +645,6 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 
 void point_copy_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
 {
-  if (!pts.part.held) return;
+  if (!pts.part.lone_corners) return;
   for (RealVec* v : x) halo_copy(pts.part.halo, dim, *v);         // one by one: the messages are long
 }

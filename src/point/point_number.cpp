@@ -126,8 +126,8 @@ void point_number_released(const Model& m, const IntVec& which, const IntVec& tu
   for (size_t k = 0; k < which.size(); ++k)
     for (int a = 0; a < made[k]; ++a) part.corner.push_back(first[turn[k]].corners + a);
   point_find_common(m.part, point_ranks(m.part, pts), pts);
-  pts.apart.resize(pts.ncorner, 0);
-  halo_copy(part.halo, 1, pts.apart);      // also from elements that this rank does not store
+  pts.unshared_since.resize(pts.ncorner, 0);
+  halo_copy(part.halo, 1, pts.unshared_since);     // also from elements that this rank does not store
 }
 
 void point_copy_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l)
@@ -232,7 +232,7 @@ void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts)
   for (int c = 0; c < pts.ncorner; ++c)
     if (shared[c]) halo.shared.push_back(c);
   halo.shared.shrink_to_fit();
-  part.held = true;
+  part.lone_corners = true;
   part.halo = std::move(halo);
 }
 
@@ -244,8 +244,8 @@ void share_corners(const std::vector<char>& own, PointPart& part)
   for (size_t c = 0; c < own.size(); ++c)
     if (own[c]) key.push_back(part.corner[c]);
   halo_form(key, halo);
-  part.held = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
-  if (!part.held) {
+  part.lone_corners = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
+  if (!part.lone_corners) {
     part.halo = std::move(halo);                     // owned points have all corners
     return;
   }

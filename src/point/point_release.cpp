@@ -8,8 +8,8 @@ IntVec corners_of_parents(const Points& pts, const IntVec& which)
   IntVec name(pts.ncorner, 0), mark;
   for (int p : which)
     for (int q = pts.of_elem[pts.parent[p]]; q < pts.npoint && pts.parent[q] == pts.parent[p]; ++q)
-      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) name[pts.twin[pts.conn.item[k]]] = 1;
-  for (int c = 0; c < pts.ncorner; ++c) mark.push_back(name[pts.twin[c]]);
+      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) name[pts.first_copy[pts.conn.item[k]]] = 1;
+  for (int c = 0; c < pts.ncorner; ++c) mark.push_back(name[pts.first_copy[c]]);
   return mark;
 }
 
@@ -18,14 +18,14 @@ IntVec corners_of_parents(const Points& pts, const IntVec& which)
 void point_release(const IntVec& which, int dim, Points& pts, ListTable& left)
 {
   const IntVec taken = corners_of_parents(pts, which);
-  pts.apart.resize(pts.ncorner, 0);
+  pts.unshared_since.resize(pts.ncorner, 0);
   for (int c = 0; c < pts.ncorner; ++c)
-    if (taken[c] && pts.apart[c] == 0) pts.apart[c] = pts.npoint_all();
+    if (taken[c] && pts.unshared_since[c] == 0) pts.unshared_since[c] = pts.npoint_all();
   for (int p : which) {
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       for (int i = 0; i < dim; ++i) pts.Xc.push_back(pts.Xc[pts.conn.item[k] * dim + i]);
       pts.field.push_back(FIELD_OWN);
-      pts.twin.push_back(pts.ncorner);
+      pts.first_copy.push_back(pts.ncorner);
       pts.hang.off.push_back(pts.hang.off.back());
       left.item.push_back(pts.conn.item[k]);
       pts.conn.item[k] = pts.ncorner++;

@@ -64,7 +64,7 @@ bool supported(Problem& p)
 }
 
 // positions of the nodes of the rows, of the grid at t(n), for rigid motions                 (8.12)
-RealVec row_places(const Problem& p)
+RealVec row_positions(const Problem& p)
 {
   const Dofs& s = p.dofs;
   const int dim = s.rows.dim;
@@ -201,7 +201,7 @@ SolveTask ask_of(Problem& p, const Attempt& a, int it, double residual, double a
                   (ask.inertia || (!singular && supported(p)));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   ask.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
-  if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.place = [&p] { return row_places(p); };
+  if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.positions = [&p] { return row_positions(p); };
   return ask;
 }
 

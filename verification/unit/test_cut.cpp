@@ -770,7 +770,7 @@ TEST(Divided, PairsAreWithTheirElements)
     const auto others = std::count_if(face.begin(), face.end(),
                                       [&](const Face& f) { return !m.part.works(f.elem); });
     EXPECT_LE(others, def < 2 ? 30 : 4) << def;
-    EXPECT_TRUE(m.bond[def].contact.held || std::count(b.def.begin(), b.def.end(), def) == 0);
+    EXPECT_TRUE(m.bond[def].contact.present || std::count(b.def.begin(), b.def.end(), def) == 0);
   }
   double sum[2] = {static_cast<double>(m.mesh.nelem()), static_cast<double>(near)};
   comm_sum(sum, 2);
