@@ -24,7 +24,7 @@ struct BarEnd {
   double mean;                         // thetabar
 };
 
-// What the kernel needs beside the nodes; kept from call to call, so that nothing is allocated
+// Work arrays of the kernel; kept from call to call, so that nothing is allocated
 template <int D>
 struct Work {
   BarEnd<D> n, np1;                    // n: only when the mode reads it
@@ -109,7 +109,7 @@ void theta_gradient(const KernelMode& mode, const BarPoint<D>& zero, const BarPo
     for (int k = 0; k < D * D; ++k) g[k] *= std::exp(-one.theta);
     return;
   }
-  // by C and not by F, so that angular momentum is kept: det C is cubic in C, Simpson's rule exact
+  // of C and not of F, which conserves angular momentum: det C is cubic in C, Simpson's rule is exact
   double A0[D * D], A1[D * D], Am[D * D], c0[D * D], c1[D * D], cm[D * D];             // C - I
   ip_strain<D>(true, zero.H, A0);
   ip_strain<D>(true, one.H, A1);
@@ -160,7 +160,7 @@ bool strains(const BarGroup& g, bool finite, const double* H, BarEnd<D>& end)
   return true;
 }
 
-// out [6] = engineering components of A^T A scaled, A = I + H: C of one end; 33 of a plane problem is 1
+// C = F^T F at one end of the step [6], tensor components; 33 of a plane problem is 1
 template <int D>
 void right_cauchy(const double* H, double* six)
 {
@@ -240,7 +240,7 @@ bool stresses(const BarGroup& g, const KernelMode& mode, bool old, const History
   return true;
 }
 
-// what holds the volume of point q: hold times the mean over the step of theta - thetabar    (1.14a)
+// pressure of the volume penalty at point q: penalty times the step mean of theta - thetabar (1.14a)
 template <int D>
 double penalty_pressure(const BarGroup& g, const KernelMode& mode, const Work<D>& w, int q)
 {
@@ -284,7 +284,7 @@ void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, dou
     }
 }
 
-// ke += w G^T C G of point q, whose G stands in w
+// ke += w G^T C G of point q, with G in w
 template <int D>
 void add_stress_tangent(const BarGroup& g, int q, Work<D>& w, double* ke)
 {
@@ -308,7 +308,7 @@ void add_stress_tangent(const BarGroup& g, int q, Work<D>& w, double* ke)
     }
 }
 
-// the tangent of the geometry of point q                                                     (1.18)
+// the geometric tangent of point q                                                           (1.18)
 template <int D>
 void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mean_pressure, int q, Work<D>& w,
                            double* ke)
@@ -372,7 +372,7 @@ Status form(const BarGroup& g, const KernelMode& mode, const double* H0, const d
   // 2. stresses
   if (!stresses<D>(g, mode, old, h, ke, w)) return BAD_JACOBIAN;
 
-  // 3. force, and the tangent of the stresses
+  // 3. force, and the material tangent
   double mean_pressure = 0.0;
   w.G.resize(static_cast<size_t>(6) * nd);
   w.CG.resize(static_cast<size_t>(6) * nd);
@@ -384,7 +384,7 @@ Status form(const BarGroup& g, const KernelMode& mode, const double* H0, const d
   }
   if (!ke || !mode.finite) return STATUS_OK;
 
-  // 4. the tangent of the geometry
+  // 4. geometric tangent
   for (int q = 0; q < g.ngp; ++q) add_geometric_tangent<D>(g, mode, mean_pressure, q, w, ke);
   return STATUS_OK;
 }

@@ -70,7 +70,7 @@ double general_energy(const Model& m, const ElemBlock& b, const MatLaw& law, siz
   return sum;
 }
 
-// strain energy of the intact element at place s
+// strain energy of the intact element in slot s
 template <int D>
 double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u, bool nlgeom)
 {
@@ -272,7 +272,7 @@ void elem_dissipated(const Elements& el, const Level& l, double& plastic, double
 double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each)
 {
   double sum = 0.0, energy[PACK];
-  int slot[PACK], n = 0;       // intact elements that wait for a full pack
+  int slot[PACK], n = 0;       // intact elements of an incomplete pack
   if (each) each->assign(el.initial_block.size(), 0.0);
   const auto add = [&](int e, double value, bool intact) {
     sum += value;

@@ -3,7 +3,7 @@
 namespace {
 
 // an element with NGP Gauss points and N nodes in D dimensions, or a pack of them; re or ke may be null.
-// Returns the least det F(n+1); with ENERGY energy; with STRESS most, the largest S : S
+// Returns the minimum of det F(n+1); ENERGY: energy; STRESS: SS_max, the maximum of S : S
 template <int D, int N, int NGP, bool ENERGY = false, bool STRESS = false, class G, class T>
 T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, const T* u0, const T* u1, T* re,
        T* ke, T* energy = nullptr, T* SS_max = nullptr)
@@ -49,7 +49,7 @@ Status form_one(const ElemBlock& b, size_t slot, const KernelMode& mode,
              : BAD_JACOBIAN;
 }
 
-// lanes in which a principal stress may exceed the strength: it is at most sqrt(S : S)
+// lanes in which a principal stress may exceed the strength: it is at SS_max sqrt(S : S)
 unsigned near_strength(const ElemBlock& b, const int* slot, const Pack& SS_max)
 {
   unsigned out = 0;
@@ -60,8 +60,8 @@ unsigned near_strength(const ElemBlock& b, const int* slot, const Pack& SS_max)
   return out;
 }
 
-// equal elements share their gradients; others have them side by side in packs. Apart for ENERGY: the forces
-// alone are faster
+// equal elements share their gradients; those of others are gathered in packs. A separate instance for
+// ENERGY: forces alone are faster
 template <int D, int N, int NGP, bool ENERGY, bool STRESS>
 __attribute__((noinline, flatten)) Pack form_rows(const ElemBlock& b, const int* slot, const KernelMode& mode,
                                                   const Pack* u0, const Pack* u1, Pack* re, Pack* ke,

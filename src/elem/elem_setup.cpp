@@ -18,7 +18,7 @@ namespace {
 
 using BlockKey = std::tuple<int, int, double, bool, int>;
 
-// fracture definition of the elements that open against a cohesion, -1: others            [nelem]
+// fracture definition of cohesive elements, -1: others                                      [nelem]
 IntVec cohesive_elements(const Model& m)
 {
   IntVec def(m.mesh.nelem(), -1);
@@ -61,12 +61,12 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<BlockKey, int>& know
   return el.block[it->second];
 }
 
-const double COORDINATE_TOL = 1e-12;     // of the size of an element: coordinates that differ by rounding only
+const double COORDINATE_TOL = 1e-12;   // of the size of an element: round-off of coordinates
 
-// Elements found so far, by their places relative to the first node in coarse steps
+// Kinds found so far, by the nodal coordinates relative to the first node, coarsely rounded
 struct Kinds {
   std::unordered_map<std::uint64_t, IntVec> bucket;
-  RealVec rel;                 // [kind][nen*dim] places relative to the first node
+  RealVec rel;                 // [kind][nen*dim] coordinates relative to the first node
 };
 
 double size_of(const double* rel, int n)
@@ -76,7 +76,7 @@ double size_of(const double* rel, int n)
   return size;
 }
 
-// the kind of an element with these places [n]; a new one when none is equal
+// the kind of an element with these relative coordinates [n]; fresh: a new one
 int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
 {
   const double size = size_of(rel, n);
@@ -121,8 +121,8 @@ bool add_kind(ElemBlock& b, const double* X)
   return true;
 }
 
-// elements in the order in which blocks hold them: that of the mesh; in a divided model by their first nodes,
-// whose order is that of the rows (model_order_nodes)
+// order of the elements in the blocks: as in the mesh; in a divided model by their smallest node number, in
+// the order of the rows (model_order_nodes)
 IntVec block_order(const Model& m)
 {
   const Mesh& mesh = m.mesh;
@@ -246,7 +246,7 @@ void elem_refresh(Elements& el)
 void elem_rigid(const Model& m, const Step& step, Elements& el)
 {
   const bool turns = !m.rigid.empty() && step.explicit_steps() && step.nlgeom;
-  if (turns != el.rigid.empty()) return;             // as before
+  if (turns != el.rigid.empty()) return;             // unchanged
   el.rigid.clear();
   if (!turns) return;
   IntVec body(m.mesh.nnode(), -1);
