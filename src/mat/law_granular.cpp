@@ -1,10 +1,10 @@
 // ---------------------------------------------------------------------------
 // law_granular.cpp : broken material with internal friction (doc/theory.md (2.30), (2.31))
 //
-//   pressure p = K (1 - J) where J < 1, none elsewhere; shear q <= sqrt(3) tan(angle) p; no cohesion, no
-//   dilation: flow keeps the volume, so that J is that of the whole deformation
+//   pressure p = K (1 - J) for J < 1, else 0; shear q <= sqrt(3) tan(angle) p; no cohesion, no dilation: flow
+//   is isochoric, so that J is the determinant of the total deformation
 //
-// While an element drops its stress, c of the intact law is still there: S = c S_intact + (1 - c) S.
+// During the release of an element the intact law has the weight c: S = c S_intact + (1 - c) S.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -19,8 +19,8 @@ using Vec3 = Eigen::Vector3d;
 // The law in principal logarithmic strains e
 struct GranularState {
   double psi;                  // stored
-  double pressure, slope;      // Kirchhoff, positive in compression; its derivative to the trace of e
-  double beta = 1.0;           // part of the trial deviator that is left
+  double pressure, slope;      // Kirchhoff, positive in compression; derivative by the trace of e
+  double beta = 1.0;           // factor of the trial deviator
   double gamma = 0.0;          // increment of the equivalent plastic strain
   double q;                    // equivalent stress of the trial
   bool flows = false;
@@ -45,7 +45,7 @@ GranularState flow(const MatLaw& law, bool finite, double v, double ss)
   return g;
 }
 
-// adds the part c of the intact law
+// adds the intact law with the weight c
 void blend(double c, const LawOutput& intact, bool tangent, LawOutput& out)
 {
   out.psi = c * intact.psi + (1.0 - c) * out.psi;
@@ -69,7 +69,7 @@ Moduli moduli(const MatLaw& law, const GranularState& g)
   return c;
 }
 
-// increment of the plastic strain over the deviator of the trial
+// increment of the plastic strain over the trial deviator
 double flow_rate(const GranularState& g) { return g.flows && g.q > 0.0 ? 1.5 * g.gamma / g.q : 0.0; }
 
 void small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
@@ -115,9 +115,9 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
 // ---------------------------------------------------------------------------
 // law_granular_step : the step of the energy-momentum scheme                        (2.32)
 //
-// The pressure takes its discrete gradient, that of broken material whose law is PRESSURE; the shear stress
-// is that of the end of the step. What the work of both is more than the change of the stored energy is
-// dissipated: friction, and what backward Euler takes
+// The pressure uses its discrete gradient, as broken material with the law PRESSURE; the shear stress is
+// taken at the end of the step. Work minus the change of the stored energy is dissipated: by friction and by
+// the numerical damping of backward Euler
 // ---------------------------------------------------------------------------
 bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
                        const double* h_n, double* h_np1, double* S, double* C)

@@ -13,7 +13,7 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
 {
   if (!finite) return law_svk(law, finite, E, h_n, h_np1, tangent, out);
   const double K = bulk_modulus(law);
-  // A = C - I = 2 E; invariants of A, so that small strains lose no digits
+  // A = C - I = 2 E; invariants of A avoid cancellation at small strains
   double A[6];
   for (int i = 0; i < 6; ++i) A[i] = 2.0 * E[i];
   const double i1 = A[0] + A[1] + A[2];

@@ -8,7 +8,7 @@
 namespace {
 
 const int MAX_ITERATIONS = 50;      // for E33 in plane stress; quadratic from a good start: 3 to 6
-// (dE/E)^2: below it the mean stress is exact to rounding (2.14). Plastic flow bends the path, whatever E is
+// (dE/E)^2: below, the mean stress is exact to round-off (2.14), except with plastic flow
 const double SAME_STRAIN = 1e-14;
 
 // D of plane stress: without row and column 33                                       (2.13)
@@ -40,7 +40,7 @@ void add_viscosity(const MatLaw& law, double eta, const double* E0, const double
 }
 
 // the discrete gradient between the states zero and one: S and C                        (2.14), (2.15)
-//   gone   dissipated / volume between them
+//   loss   dissipated / volume between them
 void discrete_gradient(const LawOutput& zero, const LawOutput& one, double loss, const double* E0,
                        const double* E1, bool plane_stress, double* S, double* C)
 {
@@ -144,7 +144,7 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
 {
   const Law& l = law_of(law);
   if (law.plane != PLANE_STRESS) return update(l, law, finite, E, h_n, h_np1, tangent, out);
-  // S33(E33) = 0 by Newton's method; a step that leaves the positive stretches is halved
+  // S33(E33) = 0 by Newton's method; a step to a negative stretch is halved
   E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
   if (l.free_thickness) return update(l, law, finite, E, h_n, h_np1, tangent, out);
   if (finite && E[2] < -0.45) E[2] = -0.45;
@@ -180,11 +180,11 @@ bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, c
   if (mode.mid) {
     std::copy(E0, E0 + 6, start);
     if (!law_update(law, mode.finite, start, h_n, scratch, false, zero)) return false;
-    // as the history has it, which the ledger reads
+    // dissipation as the difference of the history, which the ledger reads
     const bool keeps  = !law_of(law).history.empty();
     const double loss = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;
     discrete_gradient(zero, one, loss, E0, E1, law.plane == PLANE_STRESS, S, C);
-    const double more = mode.s_new - 0.5;              // dissipation on demand
+    const double more = mode.s_new - 0.5;              // numerical damping
     for (int i = 0; i < 6; ++i) S[i] += more * (one.S[i] - zero.S[i]);
     for (int i = 0; C && i < 36; ++i) C[i] += more * one.D[i];
   } else {

@@ -11,7 +11,7 @@ struct VoigtIndex {            // row and column of the nv components
   static constexpr int col[6] = {0, 1, D == 2 ? 1 : 2, 1, 2, 0};
 };
 
-constexpr int six_at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};     // place of ij among the six
+constexpr int six_at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};     // index of ij among the six
 
 // E [D*D] as six components; in the plane 33 is E33, 23 and 31 are zero
 template <int D>
