@@ -6,7 +6,7 @@
 
 namespace {
 
-// the average decays towards psi+, which is linear in the increment: d mean/dt = (psi+ - mean)/T  (7.26)
+// the average relaxes to psi+, which is linear in the increment: d mean/dt = (psi+ - mean)/T  (7.26)
 double averaged(double mean, double before, double now, double dt, double T)
 {
   const double lag = T * (now - before) / dt;

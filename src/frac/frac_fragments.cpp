@@ -50,7 +50,7 @@ ListTable elements_of_nodes(const Model& m)
   return t;
 }
 
-// does element e have all nodes that bond q hangs on?
+// does element e have all nodes of bond q?
 bool holds(const Model& m, const Bonds& b, int q, int e)
 {
   const int *first = m.mesh.conn.begin(e), *last = first + m.mesh.conn.count(e);
@@ -59,7 +59,7 @@ bool holds(const Model& m, const Bonds& b, int q, int e)
   return true;
 }
 
-// a bond that ties the mesh to a grid, and whose place an intact element holds
+// a bond between mesh and grid, at an intact element
 bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b, const ListTable& of_node,
           int q)
 {
@@ -70,8 +70,8 @@ bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b
   return false;
 }
 
-// joins item with point p when that is intact and its domain at t = 0 contains or touches the place of a bond
-//   in   place   of the bond [3], item   what is at its side A
+// joins item with point p if p is intact and its domain at t = 0 contains or touches the bond
+//   in   at   position of the bond, item   at its side A
 void join_bond(const Model& m, const Points& pts, const double* at, int item, int p, Forest& forest)
 {
   if (pts.broken[p] >= 0) return;
@@ -82,7 +82,7 @@ void join_bond(const Model& m, const Points& pts, const double* at, int item, in
   forest.join(item, m.mesh.nnode() + pts.conn.begin(p)[0]);
 }
 
-// bonds of conversion: the points of the elements that were at the bond
+// bonds of conversion: the points of the elements at the bond
 void join_converted(const Model& m, const Points& pts, const Bonds& b, const ListTable& of_node, int q,
                     Forest& forest)
 {
@@ -99,14 +99,14 @@ void join_converted(const Model& m, const Points& pts, const Bonds& b, const Lis
 struct TiedBond {
   double X[3];
   int body;
-  int node;                    // side A: its first node, -1: it is of another rank
+  int node;                    // side A: its first node, -1: of another rank
   long name;
 };
 
-// those of other ranks that may be at points of this one
+// adds bonds of other ranks that may be at points of this one
 void exchange_bonds(const Model& m, const Points& pts, std::vector<TiedBond>& bond)
 {
-  std::array<double, 6> box = {1e300, 1e300, 1e300, 1e300, 1e300, 1e300};        // low, and high negative
+  std::array<double, 6> box = {1e300, 1e300, 1e300, 1e300, 1e300, 1e300};   // lower, -upper
   for (std::size_t k = 0; k < pts.Xc.size(); ++k) {
     double &lo = box[k % m.dim], &hi = box[3 + k % m.dim];
     lo = std::min(lo, pts.Xc[k]);
@@ -131,8 +131,8 @@ void exchange_bonds(const Model& m, const Points& pts, std::vector<TiedBond>& bo
     bond.insert(bond.end(), received.begin(), received.end());
 }
 
-// bonds of the deck that tie the mesh to points of a body, by X1: of a divided model those that this rank
-// works on, and those of others that may be at its points
+// bonds of the deck between the mesh and points of a body, by X1: in a divided model owned ones, and those of
+// other ranks that may be at points of this one
 std::vector<TiedBond> tied_bonds(const Model& m, const Elements& el, const State& st,
                                    const ListTable& of_node)
 {
@@ -148,7 +148,7 @@ std::vector<TiedBond> tied_bonds(const Model& m, const Elements& el, const State
   return bond;
 }
 
-// places, items of the forest from first on: side A, and the points of their body
+// joins side A of each bond, item first + k of the forest, with the points of its body
 void join_tied(const Model& m, const Points& pts, const std::vector<TiedBond>& bond, int first,
                  Forest& forest)
 {
@@ -177,7 +177,7 @@ void join_bonds(const Model& m, const Elements& el, const State& st, const ListT
     if (ties(m, el, st.frac, b, of_node, q)) join_converted(m, st.points, b, of_node, q, forest);
 }
 
-// divided model: the names of all ranks, ascending
+// divided model: names of all ranks, ascending
 void gather_names(const MeshPart& part, IntVec& name)
 {
   sort_once(name);
@@ -186,13 +186,13 @@ void gather_names(const MeshPart& part, IntVec& name)
   sort_once(name);
 }
 
-// the new number of each piece: by falling mass, pieces of the same mass by their smallest label
+// the new number of each fragment: by decreasing mass, then by smallest label
 IntVec order_pieces(const std::vector<Fragment>& item)
 {
   IntVec by(item.size() - 1), number(item.size(), 0);
   std::iota(by.begin(), by.end(), 1);
   std::stable_sort(by.begin(), by.end(), [&](int i, int j) { return item[i].mass > item[j].mass; });
-  for (size_t i = 0, j; i < by.size(); i = j) {      // masses of equal pieces differ by rounding
+  for (size_t i = 0, j; i < by.size(); i = j) {      // masses of equal fragments differ by round-off
     for (j = i + 1; j < by.size() && item[by[j]].mass > item[by[i]].mass * (1.0 - 1e-9); ++j) {}
     std::sort(by.begin() + i, by.begin() + j, [&](int k, int l) {
       return item[k].of_mesh != item[l].of_mesh ? item[k].of_mesh : item[k].label < item[l].label;
@@ -210,7 +210,7 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
   const ListTable of_node = st.bonds.nbond > 0 ? elements_of_nodes(m) : ListTable();
   const std::vector<TiedBond> bond = tied_bonds(m, el, st, of_node);
   const int first = m.mesh.nnode() + pts.ncorner;
-  Forest forest(first + static_cast<int>(bond.size()));     // nodes, corners, places of bonds
+  Forest forest(first + static_cast<int>(bond.size()));     // nodes, corners, bonds
   join_elements(m, el, forest);
   join_points(m, pts, forest);
   join_tied(m, pts, bond, first, forest);

@@ -9,11 +9,11 @@
 
 namespace {
 
-// of the size of a cell: an overlap that is none.  Test: verification/contact/g4_box, debris in each other
+// overlap to ignore, in cell sizes.  Test: verification/contact/g4_box, overlap of debris
 const double OVERLAP_TOL   = 1e-6;
 const int BISECTIONS = 12;
 
-// An element, or the domain of a point, where it is now: the hull of its corners
+// An element, or the domain of a point, in its present position: the hull of its corners
 struct HullCell {
   int n = 0;
   double size = 0.0;
@@ -26,7 +26,7 @@ void cross(const double* a, const double* b, double* c)
   for (int i = 0; i < 3; ++i) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-// normals of the faces and directions of the edges: what may separate two convex cells
+// normals of the faces and directions of the edges, which may separate two convex cells
 void directions(Shape shape, int dim, HullCell& c)
 {
   const ShapeInfo& info = shape_info[shape];
@@ -44,7 +44,7 @@ void directions(Shape shape, int dim, HullCell& c)
   }
 }
 
-// size and directions; a cell that is inside out has size 0: nothing can be told of it
+// size and directions; an inverted cell has size 0 and is ignored
 void finish(Shape shape, int dim, HullCell& c)
 {
   double X[24], w[8], G[24];
@@ -67,7 +67,7 @@ BoundingBox box_of(int n, const double (*x)[3])
   return b;
 }
 
-// where an element, or the domain of a point, is now
+// present position of an element, or of the domain of a point
 struct CellNow {
   int number;                  // in the mesh of the deck; of points of all ranks
   Shape shape;
@@ -106,7 +106,7 @@ HullCell hull(int dim, const CellNow& now)
   return c;
 }
 
-// adds the cells of all ranks, in the order of their numbers; told: each rank brings its own
+// adds cells in the order of their numbers; gather: from all ranks
 void add_hulls(int dim, bool gather, std::vector<CellNow>& own, std::vector<HullCell>& cell)
 {
   if (gather) comm_allgatherv(own);
@@ -114,7 +114,7 @@ void add_hulls(int dim, bool gather, std::vector<CellNow>& own, std::vector<Hull
   for (const CellNow& now : own) cell.push_back(hull(dim, now));
 }
 
-// the shape of a grain, drawn towards its centre
+// the shape of a released point, scaled about its centre
 HullCell released_cell(const ReleasedShape& g, int dim, double scale)
 {
   HullCell c;
@@ -125,8 +125,8 @@ HullCell released_cell(const ReleasedShape& g, int dim, double scale)
   return c;
 }
 
-// Cells near the grains (box) that stay as they are: points but for the grains, and elements. Divided model:
-// each rank looks at those that it works on, of points where not all ranks know all.
+// Fixed cells near the released points (box): other points, and elements. Divided model: each rank searches
+// its own elements, and its own points if no rank stores all.
 std::vector<HullCell> other_cells(const Model& m, const std::vector<ReleasedShape>& released,
                                   const std::vector<BoundingBox>& box, const State& st)
 {
@@ -158,7 +158,7 @@ std::vector<HullCell> other_cells(const Model& m, const std::vector<ReleasedShap
   return cell;
 }
 
-// by how much a and b overlap along n: the shorter of the two ways out
+// overlap of a and b along n: the smaller of the two separations
 double overlap_along(const HullCell& a, const HullCell& b, const double* n)
 {
   double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
@@ -173,7 +173,7 @@ double overlap_along(const HullCell& a, const HullCell& b, const double* n)
   return std::min(hi[0] - lo[1], hi[1] - lo[0]);
 }
 
-// do convex cells overlap? Apart along a normal of one of them or, in space, across an edge of each: no
+// do convex cells overlap? Not if separated along a normal of either or, in 3D, across an edge of each
 bool overlap(const HullCell& a, const HullCell& b)
 {
   if (a.size == 0.0 || b.size == 0.0) return false;
@@ -193,13 +193,13 @@ bool overlap(const HullCell& a, const HullCell& b)
   return true;
 }
 
-// a grain gets smaller until it does not overlap a cell that stays, or another grain as small as itself;
-// whichever of two is looked at first, both end alike
+// reduces the scale until the released point does not overlap a fixed cell, or another released point of the
+// same scale; the result does not depend on the order of the two
 template <class Meets>
 void shrink(double least, double& scale, Meets meets)
 {
   if (!meets(scale)) return;
-  double lo = least, hi = 1.0;                         // the same scales are tried beside each cell
+  double lo = least, hi = 1.0;                         // the same trial scales for each cell
   for (int k = 0; k < BISECTIONS; ++k) {
     const double s = 0.5 * (lo + hi);
     (meets(s) ? hi : lo) = s;

@@ -9,16 +9,16 @@
 #include "shape/shape.h"
 
 // A sharp crack in a square of small cells around the tip, with the displacements of the mesh on its border.
-// x along the crack, the tip at 0; the material is that of the mesh.                                (7.38)
+// x along the crack, the tip at 0; materials of the mesh.                                           (7.38)
 
 namespace {
 
-// sizes of the cells from the tip outwards, in sizes of an element. 3.3 more sizes change K4 by 1 %
+// sizes of the cells from the tip outwards, in element sizes. 3.3 more sizes change K4 by 1 %
 const int FINE_CELLS = 8, SIDE = 26, NODES = SIDE + 1;
 const double FINE_SIZE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
-const int CELLS_PER_ELEMENT = 4;         // cells in the size of an element
+const int CELLS_PER_ELEMENT = 4;         // fine cells in the size of an element
 const int TIP     = SIDE / 2;  // column of the tip, row of the crack
-// in sizes of an element: what is cracked and lies so far from the line of the crack is void
+// in element sizes: cracked elements further from the line of the crack are void
 const double SLOT_DISTANCE = 0.75;
 
 struct SmallCell {
@@ -29,7 +29,7 @@ struct SmallCell {
 struct Square {
   double at[NODES];            // of the lines of the grid
   std::vector<SmallCell> cell;      // [SIDE*SIDE]
-  // [NODES*NODES]; the upper nodes of the crack stand after them where they are counted
+  // [NODES*NODES]; in the system followed by the upper nodes of the crack
   std::vector<std::array<double, 2>> given;          // displacement on the border
   std::vector<char> fixed;
 };
@@ -76,7 +76,7 @@ void cell_stiffness(const SmallCell& c, double a, double b, double K[8][8])
   }
 }
 
-// nodes of a cell when the crack is open up to a column; those above it are the second ones there
+// nodes of a cell with the crack open up to a column; above the crack the upper nodes
 void cell_nodes(int column, int row, int open, int node[4])
 {
   node[0] = node_at(column, row);
@@ -127,16 +127,16 @@ double energy_open(const Square& q, int open)
   return fixed - 0.5 * load.dot(factor.solve(load));
 }
 
-// energy per length of the crack that goes on between two columns, from the tip
+// energy release per length of the crack between two columns, counted from the tip
 double release(const Square& q, int from, int to)
 {
   return (energy_open(q, TIP + from) - energy_open(q, TIP + to)) /
          (q.at[TIP + to] - q.at[TIP + from]);
 }
 
-// ---- what stands in the square
+// ---- contents of the square
 
-// the square in the mesh: tip, axis along the crack, normal of the crack; in space it is square to the front
+// the square in the mesh: tip, axis along the crack, normal of the crack; in 3D perpendicular to the front
 struct CrackAxes {
   const double *tip, *d, *n;
   void position(double along, double across, double* x) const
@@ -155,7 +155,7 @@ struct CrackAxes {
   }
 };
 
-// the element in which a place lies, of what is cracked along the line the one beside it; -1: void
+// the element at a position, for cracked elements along the line their neighbour across it; -1: void
 int element_of(const Scan& s, const CrackAxes& f, double along, double across, double h)
 {
   double x[3];
@@ -187,7 +187,7 @@ void fill_cells(const Scan& s, const CrackAxes& f, double h, Square& q)
     }
 }
 
-// displacement of the mesh at x [dim]; false: nothing intact is there
+// displacement of the mesh at x [dim]; false: no intact element there
 bool displacement_at(const Scan& s, const double* x, double h, double* u)
 {
   bool found = false;
@@ -209,7 +209,7 @@ bool displacement_at(const Scan& s, const double* x, double h, double* u)
   return found;
 }
 
-// turns displacements back by the mean rotation of the border
+// removes the mean rotation of the border from the displacements
 void rotate_back(Square& q)
 {
   double turn = 0.0, size = 0.0, mean[2] = {0, 0}, n = 0.0;
@@ -267,7 +267,7 @@ double sharp_release(const Scan& s, int e, const double* tip, const double* d, c
   fill_cells(s, f, h, q);
   fix_border(s, f, h, q);
   const Square u = one_material(s, e, q);
-  // held as it is, the border does not follow the crack: by as much less it releases in one material
+  // a fixed border does not follow the crack: corrected by the ratio of energy releases in one material
   const double correction = release(u, 0, CELLS_PER_ELEMENT) / release(u, -1, 2);
   return release(q, 0, CELLS_PER_ELEMENT) / (correction * s.fm.thickness[e]);
 }
