@@ -155,7 +155,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, s
   Timer timer(PHASE_INPUT);
   const Model& old  = run->model;
   DivideBy by = step_divide_by(run->problem);
-  step_forget(run->problem);
+  step_free_memory(run->problem);
   Model m;
   bool good = true;
   log_repeat(true);

@@ -125,5 +125,5 @@ void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std
     }
   }
   for (IntVec& of : out.elem) sort_once(of);
-  for (std::vector<PointHome>& of : out.point) sort_once(of);
+  for (std::vector<OriginalPoint>& of : out.point) sort_once(of);
 }

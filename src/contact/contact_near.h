@@ -32,7 +32,7 @@ struct NearFace {
 // Elements and points of other ranks that ranks must store, each once, ascending
 struct NearLists {
   std::vector<IntVec> elem;                          // [ranks] in the mesh of the deck
-  std::vector<std::vector<PointHome>> point;         // [ranks] points from the start
+  std::vector<std::vector<OriginalPoint>> point;         // [ranks] points from the start
 };
 
 // State of the last test whether a rank stores all master faces that its contact points may meet

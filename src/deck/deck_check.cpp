@@ -500,7 +500,7 @@ void check_arc(Deck& d, const Model& m, const Step& s)
     refuse(s.place, "*STATIC, RIKS requires cohesive cracks: write *EIGENFRACTURE, "
                     "CRITERION=COHESIVE, or leave out RIKS");
   for (const Load& l : s.load) {
-    if (!l.of_place && varies(l.value, l.amplitude))
+    if (!l.of_position && varies(l.value, l.amplitude))
       refuse(l.place, "*STATIC, RIKS computes the factor of the loads: give a number without AMPLITUDE");
     if (s.nlgeom && l.kind == LOAD_PRESSURE)
       refuse(l.place, "a follower pressure (NLGEOM) cannot be combined with *STATIC, RIKS");

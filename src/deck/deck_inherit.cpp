@@ -32,7 +32,7 @@ bool ramps(const Step& s, const Expr& value, int amplitude)
 
 bool ramps(const Step& s, const Load& l)
 {
-  return l.of_place ? s.proc == PROC_STATIC && l.amplitude < 0 : ramps(s, l.value, l.amplitude);
+  return l.of_position ? s.proc == PROC_STATIC && l.amplitude < 0 : ramps(s, l.value, l.amplitude);
 }
 
 template <class Key, class Table>

@@ -66,7 +66,7 @@ bool take_centrifugal(Card& card, Model& model, const Field& target, const std::
     Load l;
     l.kind      = LOAD_BODY;
     l.per_mass  = true;
-    l.of_place  = true;
+    l.of_position  = true;
     l.dir[i]    = 1.0;
     l.amplitude = amplitude;
     const std::string text = text_format("%.17g*(%c-(%.17g)-(%.17g)*(", w2, axis[i], p[i], n[i] / length) +

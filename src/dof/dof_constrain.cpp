@@ -218,7 +218,7 @@ Failure constrain_nodes(const Model& m, const Discretisation& d, const State& st
       if (r < 0 && c < 0) continue;
       const double* X    = &m.mesh.X[3 * n];
       const double value = prescribed_value(m, b, X, t_step1, total1);
-      const double way   = b.velocity ? prescribed_way(m, b, X, t_step0, t_step1, total0) : 0.0;
+      const double way   = b.velocity ? prescribed_travel(m, b, X, t_step0, t_step1, total0) : 0.0;
       if (!std::isfinite(value) || !std::isfinite(way)) return bad_node(m, b, n, total1);
       double rate = b.velocity ? value : 0.0;
       if (moves && dt > 0.0 && !b.velocity) {

@@ -210,8 +210,8 @@ struct Outer {
   // contact may meet, adjoin its own at side A of bonds and contact pairs or its own points from the start,
   // or become points that it stores; and the latter only
   OfRanks<int> elem, near;
-  std::vector<std::vector<PointHome>> point;         // ModelCut
-  std::vector<IntVec> present;                    // the same
+  std::vector<std::vector<OriginalPoint>> point;         // ModelCut
+  std::vector<IntVec> present; // the same
   std::vector<char> notch;     // the same
 };
 
@@ -232,7 +232,7 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
   const std::size_t ranks = comm_size();
   const std::vector<IntVec> around = around_bodies(m, rank), bonds = around_bonds(m, rank);
   std::vector<IntVec> breaks(ranks), rows(ranks), points(ranks);
-  NearLists near = {std::vector<IntVec>(ranks), std::vector<std::vector<PointHome>>(ranks)};
+  NearLists near = {std::vector<IntVec>(ranks), std::vector<std::vector<OriginalPoint>>(ranks)};
   if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
   const NearFaces face = near_of(m, given);
   near_outer(face.general, ranks_of_faces(m, rank, face.general), {}, near);
@@ -334,7 +334,7 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
   ModelCut cut = model_cut_open(m, rank, outer.elem, comm_size());
   cut.near     = std::move(outer.near);
   cut.point    = std::move(outer.point);
-  cut.present = std::move(outer.present);
+  cut.present  = std::move(outer.present);
   cut.notch    = std::move(outer.notch);
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);

@@ -321,7 +321,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   for (size_t k = 0; k < number.size(); ++k) {
     const int e = m.part.elem_here(number[k]);
     if (e < 0) continue;
-    if (!m.part.knows_points(e)) {
+    if (!m.part.stores_points(e)) {
       st.frac.phase[e] = AS_POINTS;
       continue;
     }

@@ -242,7 +242,7 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
 {
   Fracture& fr = st.frac;
   const auto unknown = [&](int e) {
-    return e < 0 || (e < m.mesh.nelem() && !m.part.knows_points(e));
+    return e < 0 || (e < m.mesh.nelem() && !m.part.stores_points(e));
   };
   fr.converted.erase(std::remove_if(fr.converted.begin(), fr.converted.end(), unknown), fr.converted.end());
   const auto is_def = [&](int d) { return d >= 0 && d < static_cast<int>(m.bond.size()); };

@@ -19,14 +19,14 @@ std::uint64_t hash_of(std::size_t n, const double* number)
   return h;
 }
 
-// numbers of a kind
+// count of the numbers of a kind
 std::size_t length(const DomainKinds& k, int kind)
 {
   const std::size_t next = static_cast<std::size_t>(kind) + 1;
   return (next < k.first.size() ? k.first[next] : k.number.size()) - k.first[kind];
 }
 
-// numbers may lie in those of k
+// number may point into k.number
 int new_kind(std::size_t numbers, const double* number, bool alone, DomainKinds& k)
 {
   for (std::size_t i = k.unused.size(); i-- > 0;) {
@@ -46,23 +46,23 @@ int new_kind(std::size_t numbers, const double* number, bool alone, DomainKinds&
   return static_cast<int>(k.first.size()) - 1;
 }
 
-// place in the table of these numbers, or the free one where they belong
-std::size_t find_place(std::size_t numbers, const double* number, const DomainKinds& k)
+// index into the table of these numbers, or a free one
+std::size_t find_index(std::size_t numbers, const double* number, const DomainKinds& k)
 {
-  return hash_find(k.place, hash_of(numbers, number), [&](int kind) {
+  return hash_find(k.table, hash_of(numbers, number), [&](int kind) {
     return length(k, kind) == numbers && std::memcmp(k.at(kind), number, numbers * sizeof(double)) == 0;
   });
 }
 
-// a kind leaves the table; those behind it, which it may have kept from their place, are put there again
-void leave_table(int kind, DomainKinds& k)
+// removes a kind from the table, and inserts the kinds after it again
+void remove_kind(int kind, DomainKinds& k)
 {
-  const std::size_t mask = k.place.size() - 1, at = find_place(length(k, kind), k.at(kind), k);
-  k.place[at] = -1;
-  for (std::size_t i = (at + 1) & mask; k.place[i] >= 0; i = (i + 1) & mask) {
-    const int other = k.place[i];
-    k.place[i]      = -1;
-    k.place[find_place(length(k, other), k.at(other), k)] = other;
+  const std::size_t mask = k.table.size() - 1, at = find_index(length(k, kind), k.at(kind), k);
+  k.table[at] = -1;
+  for (std::size_t i = (at + 1) & mask; k.table[i] >= 0; i = (i + 1) & mask) {
+    const int other = k.table[i];
+    k.table[i]      = -1;
+    k.table[find_index(length(k, other), k.at(other), k)] = other;
   }
 }
 
@@ -71,21 +71,21 @@ void leave_table(int kind, DomainKinds& k)
 int domain_kind(int n, int dim, const double* number, DomainKinds& k)
 {
   k.dim = dim;
-  hash_room(k.place, static_cast<int>(k.first.size()),
+  hash_room(k.table, static_cast<int>(k.first.size()),
             [&](int kind) { return k.users[kind] > 0 && !k.alone[kind]; },
             [&](int kind) { return hash_of(length(k, kind), k.at(kind)); });
   const std::size_t numbers = domain_numbers(n, dim);
-  int& place = k.place[find_place(numbers, number, k)];
-  if (place < 0) return place = new_kind(numbers, number, false, k);
-  ++k.users[place];
-  return place;
+  int& kind = k.table[find_index(numbers, number, k)];
+  if (kind < 0) return kind = new_kind(numbers, number, false, k);
+  ++k.users[kind];
+  return kind;
 }
 
 int domain_change(int kind, int n, const double* number, DomainKinds& k)
 {
   const int now = domain_kind(n, k.dim, number, k);
   if (--k.users[kind] > 0) return now;
-  if (!k.alone[kind]) leave_table(kind, k);
+  if (!k.alone[kind]) remove_kind(kind, k);
   k.unused.push_back(kind);
   return now;
 }
@@ -100,7 +100,7 @@ int domain_gradients(int kind, int n, const double* G, DomainKinds& k)
 int domain_own(int kind, DomainKinds& k)
 {
   if (k.users[kind] == 1) {
-    if (!k.alone[kind]) leave_table(kind, k);
+    if (!k.alone[kind]) remove_kind(kind, k);
     k.alone[kind] = 1;
     return kind;
   }

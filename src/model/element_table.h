@@ -25,14 +25,14 @@ struct ShapeInfo {
   int ngp;            // Gauss points of the stiffness
   int nface;          // edges in 2D, faces in 3D
   int nfnode[6];      // nodes of each face
-  // local nodes of each face; outward by the right-hand rule, in 2D counter-clockwise; corners, then middles
+  // local nodes of each face; outward by the right-hand rule, in 2D counter-clockwise; corners, then mid-edge
   int face[6][MAX_FACE_NODES];
   int vtk;            // cell type of legacy VTK
   Shape linear;       // the shape of its corners, which are its first nodes
   // linear shapes alone:
-  int cube_parts = 0; // so many fill a square or a cube with the size of the element as side    (7.2)
-  int around = 0;     // elements around a node inside a body, more than around one of its surface
-  // local nodes at the ends of three edges of each corner (plane: two), right-handed; their order mirrored
+  int cube_parts = 0; // number that fills a square or a cube of the element size              (7.2)
+  int around = 0;     // elements around an inner node
+  // end nodes of the three edges of each corner (plane: two), right-handed; node order of the mirrored shape
   int edge[MAX_CORNERS][3] = {}, mirror[MAX_CORNERS] = {};
 };
 
@@ -111,7 +111,7 @@ inline constexpr ElemType elem_table[] = {
   {ELEM_C3D20R, "C3D20R", SHAPE_HEX20R, PLANE_NONE, false},
 };
 
-// a row for each, in the order of the enumerators; a linear shape has all of its constants
+// one row each, in the order of the enumerators; linear shapes have all constants
 constexpr bool shape_rows_fit()
 {
   for (int k = 0; k < SHAPES; ++k) {
@@ -139,7 +139,7 @@ inline bool elem_quadratic(int type) { return shape_quadratic(elem_table[type].s
 // face_corners : corners of a face, which are its first nodes
 inline int face_corners(const ShapeInfo& s, int face) { return shape_info[s.linear].nfnode[face]; }
 
-// shape_edge : the two corners that node a of a quadratic shape lies between
+// shape_edge : the two corners next to mid-edge node a of a quadratic shape
 void shape_edge(Shape s, int a, int corner[2]);
 
 // elem_type_find : index into elem_table, -1 when the name (upper case) is unknown

@@ -6,15 +6,14 @@
 
 #include "model/model.h"
 
-// model_lumps : the default: lumped masses in motion where something can break or touch, and where a step is
-// explicit. In a consistent mass waves as short as an element run ahead, and break or hit what they meet
+// model_lumps : default: lumped masses in dynamics with fracture or contact, and with an explicit step. With
+// a consistent mass waves of the element size run ahead and break or hit material
 bool model_lumps(const Model& m);
 
-// points_lumped : are the masses of points lumped that were element e? As those of the element; -1, of no
-// element: they are not
+// points_lumped : do points of the converted element e have lumped masses? -1, no element: no
 bool points_lumped(const Model& m, int e);
 
-// lump_mass : m [pairs a >= b]: the sums of the rows on the diagonal
+// lump_mass : m [pairs a >= b]: puts the row sums on the diagonal
 void lump_mass(int nen, double* m);
 
 #endif

@@ -26,7 +26,7 @@ double spline(const Amplitude& a, const gsl_interp_type* type, std::size_t i, do
   const std::size_t last  = std::min(a.t.size(), i + 33);
   gsl_interp* g = gsl_interp_alloc(type, last - first);
   if (!g) throw std::bad_alloc();
-  double y = std::numeric_limits<double>::quiet_NaN();         // who asks for the value finds it
+  double y = std::numeric_limits<double>::quiet_NaN();         // reported by the user of the value
   if (gsl_interp_init(g, &a.t[first], &a.y[first], last - first) == 0)
     y = gsl_interp_eval(g, &a.t[first], &a.y[first], t, nullptr);
   gsl_interp_free(g);
@@ -117,7 +117,7 @@ std::string value_text(const Model& m, const char* keyword, const Place& place, 
     if (a.kind == AMP_EXPRESSION) text += " \"" + a.expr.text.substr(0, 200) + "\"";
   }
   return text + " is not a finite number at " + where + " " + position_text(X, m.dim) + ", time " + when +
-         ": mind roots, logarithms and divisions";
+         ": check roots, logarithms and divisions";
 }
 
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step,
@@ -134,11 +134,11 @@ double prescribed_value(const Model& m, const Prescribed& b, const double x[3], 
   return value_at(m, b.value, b.factor, b.amplitude, x, t_step, t_total);
 }
 
-double prescribed_way(const Model& m, const Prescribed& b, const double x[3], double t0, double t1,
+double prescribed_travel(const Model& m, const Prescribed& b, const double x[3], double t0, double t1,
                       double total0)
 {
   const double s = std::sqrt(0.6), at[3] = {-s, 0.0, s}, weight[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
-  RealVec cut = {t0};          // between two points of a table the velocity is smooth
+  RealVec cut = {t0};          // the velocity is smooth between two points of a table
   if (b.amplitude >= 0) {
     const Amplitude& a = m.amplitude[b.amplitude];
     const double shift = a.total_time ? total0 - t0 : 0.0;

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// model.h : what the deck says. Filled by deck/, const after deck_check.
+// model.h : the data of the deck. Filled by deck/, const after deck_check.
 //
 // Labels are the user's, indices start at 0. Coordinates have three components
 // also in two dimensions; nodal vectors of the state have Model::dim.
@@ -17,7 +17,7 @@
 #include "base/types.h"
 #include "model/element_table.h"
 
-struct Place {                 // where in the decks a thing was said, for messages
+struct Place {                 // line of a deck file, for messages
   std::string file;
   int line = 0;
 };
@@ -33,7 +33,7 @@ struct Mesh {
   int nelem() const { return static_cast<int>(elem_label.size()); }
 };
 
-struct UncoupledPair {          // two parts without contact or bond between them
+struct UncoupledPair {         // two parts without contact or bonds between them
   int body = -1;               // a body of points
   int other = -1;              // another body, or
   int section = -1;            // the elements of a section
@@ -45,45 +45,46 @@ struct Face {
   int face;                    // 0-based local face
 };
 
-struct PointHome {             // a point from the start: number among those of all ranks, who works on it
+struct OriginalPoint {         // a point of the deck: global number, owning rank
   int point, rank;
-  bool operator<(const PointHome& b) const { return point < b.point; }
-  bool operator==(const PointHome& b) const { return point == b.point; }
+  bool operator<(const OriginalPoint& b) const { return point < b.point; }
+  bool operator==(const OriginalPoint& b) const { return point == b.point; }
 };
 
-// Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
-// has outer elements as well: those of other ranks that an estimate here looks at, or with faces that contact
-// of this rank may meet; and of elements at side A of bonds and contact, or that are points from the start,
-// those that share a node with one of this rank.
+// Divided model on several ranks: Mesh, sets, surfaces, loads and supports contain the owned part. Mesh also
+// has halo elements of other ranks: those in the estimates of this rank, those with faces that its contact
+// may meet, and those at side A of bonds and contact, or converted before the run, that share a node with an
+// owned element.
 struct MeshPart {
   bool on = false;
-  bool points = false;         // each rank has its own material points alone (PointPart)
-  bool window = false;         // what elements become is known where they are, also as outer ones (PointPart)
+  bool points = false;         // each rank stores its own material points only (PointPart)
+  bool window = false;         // converted points are stored with their element, halo too (PointPart)
   int nnode = 0, nelem = 0;    // of the mesh of the deck
-  // [Mesh::nnode], [Mesh::nelem] number in the mesh that was divided, where elements stand as in the deck,
-  // nodes as model_order_nodes puts them. Both ascend, but nodes begin with those of this rank, and the
-  // smaller ones follow the largest
+  // [Mesh::nnode], [Mesh::nelem] global number: elements as in the deck, nodes in the order of
+  // model_order_nodes. Ascending; but the node list starts with the nodes of this rank, and smaller numbers
+  // follow after the largest
   IntVec node, elem;
-  IntVec deck;                 // [Mesh::nnode] number of a node in the mesh of the deck
-  IntVec rank;                 // [Mesh::nelem] that works on an element
-  Halo halo;                   // nodes that other ranks have too
-  Halo around;                 // elements that other ranks have too, owner: rank; off: nothing is outer
-  // window: [Mesh::nelem] the points that it becomes are known here; elements that this holds for on other
-  // ranks too, owner: rank
+  IntVec deck;                 // [Mesh::nnode] node number in the deck
+  IntVec rank;                 // [Mesh::nelem] owner of an element
+  Halo halo;                   // nodes shared with other ranks
+  Halo around;                 // elements shared with other ranks, owner: rank; off: no halo elements
+  // window: [Mesh::nelem] this rank stores the converted points of the element; elements for which other
+  // ranks do so too, owner: rank
   std::vector<char> with_points;
   Halo around_points;
-  // points: those from the start of other ranks that contact of this one may meet, ascending
-  std::vector<PointHome> near_point;
-  // [Mesh::nelem] a notch may end in reach of its estimate, which is all here then; empty: ask the mesh
+  // points: points of the deck of other ranks that contact of this rank may meet, ascending
+  std::vector<OriginalPoint> near_point;
+  // [Mesh::nelem] a notch may end within the estimate of the element, which this rank has complete; empty:
+  // use the mesh
   std::vector<char> notch;
-  bool joined = false;         // all elements of the deck hang together by common faces
+  bool joined = false;         // all elements of the deck are connected by faces
   bool tied = false;           // the deck has equations between displacements
   std::vector<UncoupledPair> uncoupled;       // of the whole model (overlap_pairs)
   std::vector<Face> skin;      // general contact: outer faces at t = 0 of the whole mesh
-  bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
-  bool knows_points(int e) const { return !window || with_points[e]; }         // that e becomes
-  bool works(int e) const { return !on || rank[e] == comm_rank(); }            // the same of an element
-  // numbers in the mesh that was divided, and the way back, -1: it is not here
+  bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // sum of this rank includes n
+  bool stores_points(int e) const { return !window || with_points[e]; }        // of element e
+  bool works(int e) const { return !on || rank[e] == comm_rank(); }            // is element e owned?
+  // global numbers, and index by global number, -1: not on this rank
   int elem_number(int e) const { return on ? elem[e] : e; }
   int node_number(int n) const { return on ? node[n] : n; }
   int deck_number(int n) const { return on ? deck[n] : n; }
@@ -97,22 +98,22 @@ struct Set {                   // nodes or elements, ascending, each once
   Place place;
 };
 
-struct Member {                // of a set or a surface, in a divided model
+struct Member {                // element of a set or a surface, in a divided model
   int elem;
-  int at;                      // its place in the set
+  int at;                      // index in the set
 };
 
 struct Surface {
   std::string name;
   std::vector<Face> face;      // faces of finite elements; for a body: filled by point_fill
-  // divided model, where bonds or contact hold it: [face] their places in the whole list
+  // divided model, with bonds or contact: [face] index in the whole list
   std::vector<Member> member;
   int body = -1;               // >= 0: the boundary of this body of material points
   Expr where;                  // body: faces all of whose corners satisfy where != 0 at t = 0
   Place place;
 };
 
-// How the energy divides into a part that a crack releases and one that it keeps (doc/theory.md 2.1)
+// Split of the energy into a part released by a crack and a part kept (doc/theory.md 2.1)
 enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK, SPLIT_GRANULAR };
 
 // rows of the table in mat/law_step.cpp
@@ -138,14 +139,14 @@ struct Material {
   RealVec elastic;
   // *PLASTIC: yield stress over equivalent plastic strain, piecewise linear, constant beyond the last
   RealVec yield, plastic_strain;
-  // *DRUCKER PRAGER: tangents of the angles; the test whose stress and strain yield and plastic_strain are
+  // *DRUCKER PRAGER: tangents of the angles; test that yield and plastic_strain belong to
   double friction = 0.0, dilation = 0.0;
   Hardening hardening = HARDENING_COMPRESSION;
   bool has_elastic = false;    // *ELASTIC, or *HYPERELASTIC: young and poisson are those of small strains
   bool has_damping = false;
   bool used = false;           // by a section or a body
   bool hyper  = false;         // *HYPERELASTIC
-  bool breaks = false;         // an element of it can break
+  bool breaks = false;         // elements of it can break
   Place place;
 };
 
@@ -176,8 +177,8 @@ struct Amplitude {
 // FILL_CONVERSION: empty until elements become points
 enum FillKind { FILL_BLOCK, FILL_ELSET, FILL_REGION, FILL_CONVERSION };
 
-// Ranks that have the points of the cells of a box, in runs of cells, the first direction fastest: from
-// first[k] on rank[k], -1: cells without points
+// Ranks of the cells of a box, in runs of cells, first direction fastest: cells from first[k] on belong to
+// rank[k], -1: cells without points
 struct CellRanks {
   IntVec first, rank;
   bool empty() const { return first.empty(); }
@@ -189,8 +190,8 @@ struct Body {                  // *MATERIAL POINTS
   std::array<double, 3> lo{{0, 0, 0}}, hi{{0, 0, 0}};   // FILL_BLOCK, FILL_REGION: box at t = 0
   std::array<int, 3> cells{{0, 0, 0}};                  // FILL_BLOCK: 0: as many as grid cells fit (rounded)
   int per_cell = 2;            // m x m (x m) points in a cell of the fill, or in an element
-  int elset = -1;              // FILL_ELSET: these finite elements become points before the run
-  Expr where;                  // FILL_REGION: domains whose centre has where != 0
+  int elset = -1;              // FILL_ELSET: finite elements converted before the run
+  Expr where;                  // FILL_REGION: domains with where != 0 at their centre
   int material = -1;
   Plane plane = PLANE_STRAIN;
   double thickness = 1.0;
@@ -205,11 +206,11 @@ struct Grid {                  // *GRID : a box of equal cells
   std::array<double, 3> lo{{0, 0, 0}};
   std::array<double, 3> h{{0, 0, 0}};     // cell size
   std::array<int, 3> n{{0, 0, 0}};        // cells
-  double weak = 0.05;          // extended basis: a node with max_p S_pv below this is no unknown; 0: off
-  // the active grid moves with the points until a corner has gone so far, in cells; 0: for one increment
+  double weak = 0.05;          // extended basis: nodes with max_p S_pv below this are no unknowns; 0: off
+  // cells by which a corner may move before the active grid is renewed; 0: every increment
   double keep = 0.1;
   Place place;
-  // *GHOST: parts of E and rho that hold jumps of the gradient at the boundary; 0: off
+  // *GHOST: parts of E and rho that penalise jumps of the gradient at the boundary; 0: off
   double ghost_stiffness = 0.0;
   double ghost_mass      = 0.0;
   Place ghost_place;           // file empty: no *GHOST
@@ -230,38 +231,38 @@ struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
   Place place;
 };
 
-// surfaces of a contact that overlap at the start
+// treatment of contact surfaces that overlap at the start
 enum OverlapPolicy { OVERLAP_PUSH, OVERLAP_ADJUST, OVERLAP_REFUSE };
 
 enum BondKind { BOND_MESH_GRID, BOND_GROUND, BOND_CONTACT };
 
-// A side of a rule of general contact: faces of a surface, of an element set, of a body; none of them: all
+// A side of a rule of general contact: faces of a surface, an element set or a body; none of them: all
 struct ContactSide {
   int surface = -1, elset = -1, body = -1;
-  IntVec elem;                 // divided model: those of elset, with outer ones
+  IntVec elem;                 // divided model: elements of elset, halo too
 };
 
-struct ContactRule {           // *CONTACT INCLUSIONS, EXCLUSIONS, PROPERTY ASSIGNMENT: a line
+struct ContactRule {           // one line of *CONTACT INCLUSIONS, EXCLUSIONS, PROPERTY ASSIGNMENT
   ContactSide a, b;
   double friction = 0.0, stick = 0.0, penalty = 0.0;     // of a property
 };
 
-// What a definition of contact has besides that of a bond
+// Data of a contact definition in addition to BondDef
 struct ContactDef {            // *CONTACT PAIR, *CONTACT
-  int master = -1;             // the surface on the other side; that of the bond is the slave
+  int master = -1;             // the master surface; BondDef::surface is the slave
   double friction = 0.0;       // Coulomb
   OverlapPolicy overlap = OVERLAP_PUSH;
-  // OVERLAP_ADJUST: gaps at the start up to this are taken as zero as well   length
+  // OVERLAP_ADJUST: initial gaps up to this count as zero too        length
   double adjust = 0.0;
   // contact points inside the slave faces (SURFACE TO SURFACE) instead of nodes
   bool by_face = false;
-  // tangential stiffness per area while it sticks; 0: that of the normal direction
+  // tangential stiffness per area during sticking; 0: equal to the normal one
   double stick = 0.0;
-  // *CONTACT: all outer faces, each with places on it, against all; the last property that fits counts
+  // *CONTACT: all outer faces, each with contact points, against all; the last property that fits counts
   bool general = false;
-  // divided model, a contact pair: this rank may have contact points of it, and knows what they may meet
+  // divided model, contact pair: this rank may own contact points of it, and has their possible faces
   bool present = true;
-  double stiff = 0.0;          // the same: largest mat_stiffness behind the master surface, of all ranks
+  double stiff = 0.0;          // divided model: largest mat_stiffness at the master surface, of all ranks
   std::vector<ContactRule> include, exclude, property;
 };
 
@@ -271,10 +272,10 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   // surface of finite elements; BOND_GROUND: surface of finite elements or of a body
   int surface = -1;
   int body = -1;               // BOND_MESH_GRID: the body of material points on the other side
-  int intermediate = -1;       // bonds between the nodes of an edge; -1: as close as the corners of the body
+  int intermediate = -1;       // bonds along an edge between nodes; -1: as dense as the corners of the body
   double penalty = 0.0;        // force/length^3; 0: alpha M/h
   double alpha = 0.0;          // 0: the default of the program
-  bool normal_only = false;    // rollers: ties only the direction below, or the face normal when it is zero
+  bool normal_only = false;    // rollers: bond along direction only, or along the face normal if it is zero
   std::array<double, 3> direction{{0, 0, 0}};
   std::array<Expr, 3> motion;  // BOND_GROUND: displacement of the ground
   int amplitude = -1;
@@ -305,27 +306,27 @@ struct FractureDef {           // *EIGENFRACTURE
   Criterion criterion = CRITERION_GRIFFITH;
   Estimate estimate   = ESTIMATE_AUTO;   // AUTO: FORCE in statics, BALL in dynamics
   Split drive    = SPLIT_RCE;  // psi+ of the criterion
-  Split residual = SPLIT_CRACK;        // what broken material still carries
+  Split residual = SPLIT_CRACK;        // part of the stress kept by broken material
   double friction = 0.0;       // SPLIT_GRANULAR: tangent of the angle of internal friction
   ErosionOrder order = ORDER_STRONGEST;
   double gc      = 0.0;        // toughness                                       force/length
   double weibull = 0.0;        // modulus of its scatter, 0: none
   int seed       = 1;
   double epsilon = 0.0;        // radius of the ball in element sizes; 0: the default of the estimate
-  // elements that break in one test lie this many sizes apart; -1: default, 0: one only
+  // distance of elements that break in one test, in element sizes; -1: default, 0: one element only
   double spacing = -1.0;
   double interval = 0.0;       // time between tests, 0: every increment
   double stiffness = 1e-6;     // c of broken material
   double release  = 0.0;       // dynamics: psi+ of a broken element falls to c in release h/c_R, 0: at once
   double average  = 0.0;       // dynamics: time over which the criterion averages psi+, in h/c_R
-  // statics, automatic increments: by how much the criterion may be exceeded, 0: by anything
+  // statics, automatic increments: allowed excess of the criterion, 0: any
   double tolerance = 0.01;
   double fallback = -1.0;      // part of Gc h that breaks an element anywhere; 0: off, -1: default
-  bool start = true;           // may a crack start where there is none
-  // CRITERION_COHESIVE: stress at which an element begins to open             force/length^2
+  bool start = true;           // may a crack initiate?
+  // CRITERION_COHESIVE: tensile strength                                      force/length^2
   double ft = 0.0;
   Softening softening = SOFTENING_LINEAR;
-  std::vector<Member> member;  // divided model: what is here of elset, outer elements too
+  std::vector<Member> member;  // divided model: elements of elset on this rank, halo too
   Place place;
 };
 
@@ -340,19 +341,19 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
   int field    = 0;            // grid field
   // largest stretch of a broken point before it is released from its neighbours; 0: never
   double release = 0.0;
-  // INTERFACE=BONDS: bonds hold points to the elements that stay; else corners hang on their nodes
+  // INTERFACE=BONDS: points are attached to the remaining elements by bonds; else corners hang on their nodes
   bool bonded = false;
-  BondDef bond;                // what the deck says of the bonds: intermediate, penalty, alpha
+  BondDef bond;                // intermediate, penalty and alpha of the bonds
   std::string body_name;
-  IntVec elem;                 // divided model: elements of the set, and outer ones
-  IntVec body;                 // [section] body of material points, -1: no element of this section
+  IntVec elem;                 // divided model: elements of the set, halo too
+  IntVec body;                 // [section] body of material points, -1: no element of the section
   IntVec bond_of;              // [section] index into Model::bond
   Place place;
 };
 
 struct EquationTerm { int node, dof; double coef; };
 
-// the keyword that an equation comes from
+// keyword that made an equation
 enum EquationOf { EQUATION_GIVEN, EQUATION_TRANSFORM, EQUATION_TIE, EQUATION_COUPLING };
 
 struct Equation {              // *EQUATION : sum of coef u = 0; the first dof is the dependent one
@@ -363,17 +364,17 @@ struct Equation {              // *EQUATION : sum of coef u = 0; the first dof i
 
 struct Frame {                 // *TRANSFORM : directions of a node
   int node = -1;
-  // a node without elements whose displacements are those of node in its own directions, by the equations
-  // [equation, equation + dim); -1: no support, load or equation needs them
+  // an auxiliary node with the displacements of node along its own directions, by the equations
+  // [equation, equation + dim); -1: not needed by a support, load or equation
   int twin = -1, equation = -1;
   std::array<double, 9> axis;  // component j of direction i: [3*i + j]
   Place place;
 };
 
 struct RigidBody {             // *RIGID BODY
-  // explicit steps with NLGEOM turn its nodes as one (6.41); in other steps equations hold them
+  // explicit steps with NLGEOM rotate its nodes as a rigid body (6.41); other steps use equations
   IntVec node;
-  int ref = -1, turn = -1;     // reference node; node without elements whose displacements are its rotation
+  int ref = -1, turn = -1;     // reference node; auxiliary node with the rotation as displacements
   Place place;
 };
 
@@ -388,17 +389,17 @@ struct BrokenDef {             // pre-cracks: *MODEL CHANGE, REMOVE and *INITIAL
 
 enum LoadKind { LOAD_NODE, LOAD_PRESSURE, LOAD_TRACTION, LOAD_BODY };
 
-// How a load acts within a step: as it is; in a static step: from 0 to all of it; from all of it to 0
+// Load history within a step: unchanged; in a static step: from 0 to full; from full to 0
 enum Ramp { RAMP_NONE, RAMP_IN, RAMP_OUT };
 
 struct Load {
   LoadKind kind = LOAD_NODE;
   std::string keyword;         // without star
-  std::string key;             // keyword, target, kind and direction as the deck has them
+  std::string key;             // keyword, target, kind and direction as in the deck
   IntVec node;                 // LOAD_NODE
-  std::vector<Face> face;      // LOAD_PRESSURE, LOAD_TRACTION on finite elements, while the deck is read
+  std::vector<Face> face;      // LOAD_PRESSURE, LOAD_TRACTION on finite elements, during reading only
   int surface = -1;            // LOAD_PRESSURE, LOAD_TRACTION: surface of elements or of a body
-  IntVec except, only;         // surface of a body: not the faces that these surfaces have too; those alone
+  IntVec except, only;         // surface of a body: without the faces of these surfaces; only their faces
   IntVec elem;                 // LOAD_BODY: elements
   IntVec body;                 // LOAD_BODY: bodies of material points
   bool per_mass = false;       // LOAD_BODY: gravity (times density)
@@ -406,8 +407,8 @@ struct Load {
   std::array<double, 3> dir{{0, 0, 0}};   // unit vector of traction, gravity, body force
   Expr value;                  // force, force/area, force/volume, acceleration
   int amplitude = -1;          // index, or -1
-  double factor = 1.0;         // last value of an amplitude that has ended with its step
-  bool of_place = false;       // value is a function of position alone: it ramps as a number does
+  double factor = 1.0;         // last value of an amplitude that ended with its step
+  bool of_position = false;       // value depends on position only: it is ramped like a constant
   Ramp ramp = RAMP_NONE;
   double hold = -1.0;          // RAMP_OUT: total time at which the value is taken
   Place place;
@@ -419,7 +420,7 @@ struct Prescribed {            // *BOUNDARY
   Expr value;                  // displacement, length; or velocity, length/time
   bool velocity = false;
   int amplitude = -1;
-  double factor = 1.0;         // last value of an amplitude that has ended with its step
+  double factor = 1.0;         // last value of an amplitude that ended with its step
   bool ramp = false;           // from the displacement at the start of the step
   Place place;
 };
@@ -432,7 +433,7 @@ struct Controls {              // *NEWTON
   double tol_force  = 1e-8;    // residual / force scale
   double tol_energy = 1e-12;   // sum R^2/A_ii over sum f^2/A_ii
   int max_iter = 16;
-  int max_cut  = 10;           // halvings of a step
+  int max_cut  = 10;           // cuts of an increment
   bool line_search = true;
 };
 
@@ -442,7 +443,7 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
   std::vector<std::string> what;    // U V A RF | S E ENER
   int frequency = 1;
   bool totals = false;         // TOTALS=YES: the sum of RF as well
-  bool global = false;         // along x, y, z also at nodes that have directions of their own
+  bool global = false;         // components x, y, z also at nodes with their own directions
   bool only = false;           // TOTALS=ONLY: the sum of RF without the forces of the nodes
 };
 
@@ -450,7 +451,7 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
 struct ArcControl {
   bool on = false;
   // the step ends when the mean displacement of a set in a direction has reached end (set -1: not given),
-  // when the loads are whole, or have fallen away
+  // when the load is full, or has fallen to nearly 0
   int nset = -1, direction = 0;
   double end = 0.0;            // length
 };
@@ -461,8 +462,8 @@ struct Step {
   double period = 1.0, dt = 1.0, dt_min = 1e-6, dt_max = 1.0;
   bool direct = false;         // fixed increments
   ArcControl arc;
-  // dynamics, automatic increments: largest half-increment residual, as a force (0: not given) and as a part
-  // of the largest force; both 0: it is not asked for                                             (6.24)
+  // dynamics, automatic increments: limit of the half-increment residual, as a force (0: not given) and
+  // relative to the largest force; both 0: not checked                                                (6.24)
   double half_force = 0.0, half_part = 0.0;
   int max_inc = 1000000;
   TimeScheme scheme = SCHEME_NEWMARK;
@@ -472,18 +473,18 @@ struct Step {
   double alpha = 0.0;          // HHT: -1/3 ... 0
   double safety = 0.9;         // explicit: increment over the largest stable one
   double bulk_linear = 0.0, bulk_quadratic = 0.0;      // explicit: coefficients of the bulk viscosity (6.35)
-  // largest energy from nowhere, or lost, as a part of the largest energy; 0: the default
+  // allowed energy imbalance, relative to the largest energy; 0: the default
   double balance = 0.0;
-  bool extrapolate = true;     // statics: an increment begins with what the one before would do in its time
+  bool extrapolate = true;     // statics: initial guess from the rate of the last increment
   Controls ctl;
-  std::vector<Load> load;              // all that act in this step, also those of earlier ones
-  std::vector<Prescribed> prescribed;  // all that act; a node and direction stands in one of them
+  std::vector<Load> load;              // all active loads, from earlier steps too
+  std::vector<Prescribed> prescribed;  // all active ones; a node and direction appears once
   std::vector<PrintRequest> print;
-  IntVec equation;             // indices into Model::equation of those that hold in this step
+  IntVec equation;             // indices into Model::equation, active in this step
   Place place;
   bool explicit_steps() const { return proc == PROC_DYNAMIC && scheme == SCHEME_EXPLICIT; }
   bool bulk() const { return explicit_steps() && (bulk_linear > 0.0 || bulk_quadratic > 0.0); }
-  bool over(double t) const { return t >= period * (1.0 - 1e-10); }     // t is the end of the step
+  bool over(double t) const { return t >= period * (1.0 - 1e-10); }     // is t the end of the step?
 };
 
 // ---- output and checks ----------------------------------------------------
@@ -497,7 +498,7 @@ struct HistoryDef {            // *HISTORY : one column each
   int nset = -1, elset = -1, body = -1;
   int grid_bc = -1;            // GRF: the condition of *GRID BOUNDARY
   int contact = -1;            // CFORCE CGAP CAREA CWORK CPRESS: index into Model::bond
-  bool at_point = false;       // what at the material place X of t = 0
+  bool at_point = false;       // at the material point X of t = 0
   std::array<double, 3> X{{0, 0, 0}};
   Place place;
 };
@@ -561,8 +562,8 @@ struct HistoryOutput {         // *HISTORY, FREQUENCY=
 
 struct DeckNotes {             // for the listing
   std::string heading;
-  std::string passed;          // cards that change nothing here
-  std::vector<std::string> tied;         // nodes that *TIE and *COUPLING hold
+  std::string passed;          // cards without effect
+  std::vector<std::string> tied;         // nodes of *TIE and *COUPLING
 };
 
 struct OutputRequests {
@@ -575,7 +576,7 @@ struct OutputRequests {
 };
 
 struct Model {
-  std::string job;             // deck name without folder and ending
+  std::string job;             // deck name without folder and extension
   std::string out_dir = ".";
   std::string deck;            // path as given
   DeckNotes notes;
@@ -603,7 +604,7 @@ struct Model {
   OutputRequests output;
   SolverDef solver;
   ParamMap param;
-  std::uint64_t hash = 0;      // of the text of the deck, without what is output alone, and of the parameters
+  std::uint64_t hash = 0;      // of the deck without output requests, and of the parameters
 };
 
 // model_find_* : index by name (upper case), -1 when there is none
@@ -614,8 +615,8 @@ int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
 
-// model_members : elements that may break by a definition, with their places in its set; divided model: those
-// that are here, outer ones too
+// model_members : elements that may break by a definition, with their index in its set; divided model: those
+// on this rank, halo too
 std::vector<Member> model_members(const Model& m, const FractureDef& d);
 
 // model_general_contact : index into Model::bond of *CONTACT, -1 when there is none
@@ -624,15 +625,15 @@ int model_general_contact(const Model& m);
 // model_has_pairs : is there a *CONTACT PAIR?
 bool model_has_pairs(const Model& m);
 
-// frame_turn : components of a vector v [dim] along the directions of a node, out [dim]; back: from these to
-// x, y, z
+// frame_turn : components of a vector v [dim] along the directions of a node, out [dim]; back: transforms
+// them back to x, y, z
 void frame_turn(const Frame& f, int dim, bool back, const double* v, double* out);
 
 // model_viscous : has any material in use a viscous stress (*DAMPING, BETA=)?
 bool model_viscous(const Model& m);
 
-// equations_resolve : the equations of the list with dependent dofs replaced by what they depend on, so that
-// no master is dependent. False: a dof depends on itself; bad names the equation.
+// equations_resolve : the equations of the list with dependent dofs eliminated from the masters. False: a dof
+// depends on itself; bad: that equation
 struct EquationMaster { int node, dof; double coef; };
 struct EquationSolved { int node, dof; std::vector<EquationMaster> master; };
 bool equations_resolve(const Model& m, const IntVec& list, std::vector<EquationSolved>& out, int& bad);
@@ -640,17 +641,17 @@ bool equations_resolve(const Model& m, const IntVec& list, std::vector<EquationS
 // amplitude_eval : y(t); t_step and t_total are the times of the step and of the run
 double amplitude_eval(const Amplitude& a, double t_step, double t_total);
 
-// load_value, prescribed_value : what acts at x at the given time; amplitudes, expressions of x y z t
-// (t: total time), loads with their ramp
+// load_value, prescribed_value : value at x at the given time, with amplitude, expression of x y z t (t:
+// total time), and the ramp of loads
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step,
                   double t_total);
-// prescribed_way : integral of a prescribed velocity over t0 ... t1 of the step        doc/theory.md (6.40)
-double prescribed_way(const Model& m, const Prescribed& b, const double x[3], double t0, double t1,
+// prescribed_travel : displacement by a prescribed velocity over t0 ... t1 of the step doc/theory.md (6.40)
+double prescribed_travel(const Model& m, const Prescribed& b, const double x[3], double t0, double t1,
                       double total0);
 double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step,
                         double t_total);
 
-// value_text : message of a value of the deck that is no finite number
+// value_text : message of a value of the deck that is not finite
 //   in   keyword   without star; where: node, face or element; X: its position at t = 0      [3]
 std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value,
                        int amplitude, const std::string& where, const double* X, double time);
@@ -658,8 +659,8 @@ std::string value_text(const Model& m, const char* keyword, const Place& place, 
 // position_text : (1, 2), in space (1, 2, 3)
 std::string position_text(const double* X, int dim);
 
-// support_value : displacement of grid planes and grounds since the start of the run. A plain number is
-// ramped over the first step when it is static, and reached at once when it is dynamic.
+// support_value : displacement of grid planes and grounds since the start of the run. A constant is ramped
+// over a static first step, and acts at once in a dynamic one.
 double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step,
                      double t_total);
 

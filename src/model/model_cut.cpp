@@ -14,13 +14,13 @@
 
 namespace {
 
-// [surface] 1: of outer elements too, since bonds or contact hold it, or elements of it may become points
+// [surface] 1: with halo elements, for bonds, contact or conversion
 IntVec outer_surfaces(const Model& m)
 {
   return m.conversion.empty() ? model_bonded_surfaces(m) : IntVec(m.surface.size(), 1);
 }
 
-// [elset] 1: its elements are material points from the start, outer ones too
+// [elset] 1: its elements are material points of the deck, with halo elements
 IntVec outer_elsets(const Model& m)
 {
   IntVec outer(m.elset.size(), 0);
@@ -40,8 +40,8 @@ void each_side(Bond& d, Use use)
     }
 }
 
-// The items of a list by rank; they keep their order. The list is empty behind it.
-//   ranks_of(item)   first and last of the ranks that have it
+// Sorts the items of a list by rank, in their order. The list is empty afterwards.
+//   ranks_of(item)   first and last rank of the item
 template <class T, class RanksOf>
 OfRanks<T> divide(std::vector<T>& list, int ranks, RanksOf ranks_of)
 {
@@ -58,7 +58,7 @@ OfRanks<T> divide(std::vector<T>& list, int ranks, RanksOf ranks_of)
   return out;
 }
 
-// groups of nodes that equations tie together, directly or by way of others
+// groups of nodes connected by equations, directly or indirectly
 ListTable tied_nodes(const std::vector<Equation>& equation, int nnode)
 {
   ListTable out;
@@ -78,8 +78,8 @@ ListTable tied_nodes(const std::vector<Equation>& equation, int nnode)
   return out;
 }
 
-// groups of tied nodes of each rank: those with a node of its elements; all: every one, since pieces grow.
-// What no element has goes to the first rank.
+// groups of tied nodes of each rank: those with a node of its elements; all: every group, since pieces grow.
+// Groups without elements belong to the first rank.
 OfRanks<int> groups_of(const Mesh& mesh, const OfRanks<int>& elem, const ListTable& tied, bool all)
 {
   OfRanks<int> out;
@@ -90,18 +90,18 @@ OfRanks<int> groups_of(const Mesh& mesh, const OfRanks<int>& elem, const ListTab
   const auto has = [&](int g, int mark) {
     return std::any_of(tied.begin(g), tied.begin(g + 1), [&](int n) { return seen[n] == mark; });
   };
-  std::vector<char> held(tied.size());
-  for (int g = 0; g < tied.size(); ++g) held[g] = has(g, -2);
+  std::vector<char> in_mesh(tied.size());
+  for (int g = 0; g < tied.size(); ++g) in_mesh[g] = has(g, -2);
   for (int r = 0; r + 1 < static_cast<int>(elem.off.size()); ++r) {
     each_node(mesh, elem, r, [&](int n) { seen[n] = r; });
     for (int g = 0; g < tied.size(); ++g)
-      if (all || (held[g] ? has(g, r) : r == 0)) out.item.push_back(g);
+      if (all || (in_mesh[g] ? has(g, r) : r == 0)) out.item.push_back(g);
     out.off[r + 1] = static_cast<int>(out.item.size());
   }
   return out;
 }
 
-// nodes of the elements and groups of each rank; those of neither go to the first one
+// nodes of the elements and groups of each rank; other nodes belong to the first one
 OfRanks<int> nodes_of(const Mesh& mesh, const OfRanks<int>& elem, const ListTable& tied,
                       const OfRanks<int>& group)
 {
@@ -135,7 +135,7 @@ ListTable ranks_of(int n, const OfRanks<int>& list)
   });
 }
 
-// lists by rank, those of nodes and elements as node and elem [ranks] have them
+// lists by rank, with the ranks of their nodes and elements
 PieceLists divide_lists(const Mesh& mesh, const ModelLists& lists, const OfRanks<int>& node,
                         const OfRanks<int>& elem)
 {
@@ -152,7 +152,7 @@ PieceLists divide_lists(const Mesh& mesh, const ModelLists& lists, const OfRanks
   return out;
 }
 
-// elements that each rank works on, and with the outer ones
+// own and halo elements of each rank
 OfRanks<int> with_outer(const OfRanks<int>& elem, const OfRanks<int>& outer)
 {
   OfRanks<int> out;
@@ -196,7 +196,7 @@ void take_lists(const PieceLists& from, int r, const IntVec& node_index, const I
   for (std::size_t k = 0; k < to.member.size(); ++k) *to.member[k] = items(from.member[k], r, elem_index);
 }
 
-// equations and directions of nodes that are here; those of the whole model before
+// equations and directions of the nodes of this piece; before: of the whole model
 void take_equations(Model& m)
 {
   const std::vector<Equation> equation = std::move(m.equation);
@@ -205,7 +205,7 @@ void take_equations(Model& m)
   m.equation.clear();
   m.frame.clear();
   for (std::size_t k = 0; k < equation.size(); ++k) {
-    if (m.part.node_here(equation[k].term[0].node) < 0) continue;        // then all of them are here
+    if (m.part.node_here(equation[k].term[0].node) < 0) continue;        // all its nodes or none
     index[k] = static_cast<int>(m.equation.size());
     m.equation.push_back(equation[k]);
     for (EquationTerm& t : m.equation.back().term) t.node = m.part.node_here(t.node);
@@ -223,7 +223,7 @@ void take_equations(Model& m)
   }
 }
 
-// rigid bodies that are here, then with all of their nodes: equations hold these together
+// rigid bodies of this piece, which has all of their nodes, since equations connect them
 void take_rigid(Model& m)
 {
   const std::vector<RigidBody> rigid = std::move(m.rigid);
@@ -260,8 +260,8 @@ Mesh cut_mesh(const Mesh& old, const MeshPart& part, const IntVec& node_index)
   return mesh;
 }
 
-// Nodes that other ranks have too [Halo::shared]: claim of this rank, that a node belongs to it: rank, where
-// it moves with a finite element that is not gone rank + ranks; -1: of outer elements alone
+// Claims of this rank on shared nodes [Halo::shared]: rank; rank + ranks if an element of it that is not gone
+// has the node; -1: halo elements alone
 IntVec claims(const Model& m, const IntVec& gone)
 {
   const MeshPart& part = m.part;
@@ -279,7 +279,7 @@ IntVec claims(const Model& m, const IntVec& gone)
   return shared;
 }
 
-// elements whose points other ranks know too
+// elements whose points several ranks store
 void find_around_points(MeshPart& part)
 {
   IntVec known;
@@ -294,9 +294,9 @@ void find_around_points(MeshPart& part)
   part.around_points.owner = part.rank;
 }
 
-// place of a number in a list that ascends from its first number on to the largest, and then from the
-// smallest on; -1: it is not there
-int place_of(const IntVec& list, int number)
+// index of a number in a list that ascends from its first number to the largest and continues with the
+// smallest; -1: not found
+int find_number(const IntVec& list, int number)
 {
   if (list.empty()) return -1;
   const auto wrap = std::partition_point(list.begin(), list.end(), [&](int x) { return x >= list.front(); });
@@ -305,7 +305,7 @@ int place_of(const IntVec& list, int number)
   return at != end && *at == number ? static_cast<int>(at - list.begin()) : -1;
 }
 
-// [ranks] the first of the nodes that elements of this rank, and of none before it, have
+// [ranks] first of the nodes with elements of this rank and of no lower rank
 IntVec first_nodes(const Mesh& mesh, const OfRanks<int>& own)
 {
   IntVec first(own.off.size() - 1, mesh.nnode());
@@ -339,9 +339,9 @@ IntVec model_removed(const Model& m)
   return removed;
 }
 
-int MeshPart::elem_here(int number) const { return on ? place_of(elem, number) : number; }
+int MeshPart::elem_here(int number) const { return on ? find_number(elem, number) : number; }
 
-int MeshPart::node_here(int number) const { return on ? place_of(node, number) : number; }
+int MeshPart::node_here(int number) const { return on ? find_number(node, number) : number; }
 
 ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& outer, int ranks)
 {
@@ -459,28 +459,28 @@ void model_owners(const IntVec& gone, Model& m)
 {
   MeshPart& part = m.part;
   const int ranks = comm_size();
-  const IntVec mine = claims(m, gone);
+  const IntVec shared = claims(m, gone);
   IntVec claim(part.node.size(), comm_rank());
   std::vector<long> key;
   IntVec index;
-  for (std::size_t k = 0; k < mine.size(); ++k) {
+  for (std::size_t k = 0; k < shared.size(); ++k) {
     const int n = part.halo.shared[k];
-    claim[n]    = mine[k];
-    if (mine[k] < ranks) continue;
+    claim[n]    = shared[k];
+    if (shared[k] < ranks) continue;
     key.push_back(part.node[n]);
     index.push_back(n);
   }
   Halo moving;
   halo_form(key, moving);
   for (std::size_t k = 0; k < index.size(); ++k) claim[index[k]] = moving.owner[k] + ranks;
-  std::vector<IntVec> tell(ranks);
+  std::vector<IntVec> send(ranks);
   for (int r = 0; r < ranks; ++r)
-    for (int n : part.halo.common[r]) tell[r].push_back(claim[n]);
-  const std::vector<IntVec> told = comm_exchange(tell);
+    for (int n : part.halo.common[r]) send[r].push_back(claim[n]);
+  const std::vector<IntVec> received = comm_exchange(send);
   for (int r = 0; r < ranks; ++r)
-    for (std::size_t k = 0; k < told[r].size(); ++k) {
+    for (std::size_t k = 0; k < received[r].size(); ++k) {
       int& owner = claim[part.halo.common[r][k]];
-      owner = std::max(owner, told[r][k]);
+      owner = std::max(owner, received[r][k]);
     }
   for (std::size_t n = 0; n < claim.size(); ++n) part.halo.owner[n] = claim[n] % ranks;
 }
@@ -498,7 +498,8 @@ void model_find_common(const IntVec& gone, Model& m)
   if (part.window) find_around_points(part);
 }
 
-// Pieces tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.
+// Pieces exchange numbers with their neighbours until nothing changes, once for each rank that a part
+// extends to.
 void model_join_ranks(const MeshPart& part, const PointPart& points, const Halo& other, IntVec& root)
 {
   const int nnode = static_cast<int>(part.node.size()), n = static_cast<int>(root.size()),
@@ -509,7 +510,7 @@ void model_join_ranks(const MeshPart& part, const PointPart& points, const Halo&
   };
   IntVec least(n, std::numeric_limits<int>::max()), before;
   for (int i = 0; i < others; ++i) least[root[i]] = std::min(least[root[i]], number(i));
-  const auto tell = [&](const Halo& h, int first) {  // items that others have too, from first on
+  const auto exchange = [&](const Halo& h, int first) {  // items that others have too, from first on
     if (!h.on()) return;
     std::vector<IntVec> to(comm_size());
     for (int r = 0; r < comm_size(); ++r)
@@ -523,16 +524,16 @@ void model_join_ranks(const MeshPart& part, const PointPart& points, const Halo&
   };
   do {
     before = least;
-    tell(part.halo, 0);
-    tell(points.halo, nnode);
-    tell(other, others);
+    exchange(part.halo, 0);
+    exchange(points.halo, nnode);
+    exchange(other, others);
   } while (comm_allreduce_max(static_cast<int>(least != before)));
   for (int& r : root) r = least[r];
 }
 
 // ---------------------------------------------------------------------------
-// model_cut_close : which nodes and elements other ranks have too, and whose they are. A load at a node
-// counts once, on the rank that the node belongs to; all other things go with their element.
+// model_cut_close : shared nodes and elements, and their owners. A load at a node counts on its owner; all
+// other loads belong to their element.
 // ---------------------------------------------------------------------------
 void model_cut_close(Model& m)
 {

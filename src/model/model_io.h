@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// model_io.h : the model to and from an archive: one list of fields a struct
+// model_io.h : writes and reads the model: one list of fields a struct
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_MODEL_IO_H
 #define MPFE_MODEL_MODEL_IO_H
@@ -8,7 +8,7 @@
 #include "base/log.h"
 #include "model/model.h"
 
-// A function is made again of its text. Values that share one share one again.
+// A function is compiled again from its text. Shared values are shared again.
 inline void io(Archive& f, Expr& x)
 {
   auto& [value, text, code] = x;
@@ -19,7 +19,7 @@ inline void io(Archive& f, Expr& x)
   if (!f.reading || !f.good) return;
   std::string error;
   int position = 0;
-  MPFE_CHECK(expr_compile(text, constants, x, error, position), "an expression cannot be made again");
+  MPFE_CHECK(expr_compile(text, constants, x, error, position), "an expression could not be compiled again");
   f.shared.push_back(code);
 }
 
@@ -53,10 +53,10 @@ inline void io(Archive& f, UncoupledPair& x)
   io_fields<UncoupledPair>(f, body, other, section, reported);
 }
 
-inline void io(Archive& f, PointHome& x)
+inline void io(Archive& f, OriginalPoint& x)
 {
   auto& [point, rank] = x;
-  io_fields<PointHome>(f, point, rank);
+  io_fields<OriginalPoint>(f, point, rank);
 }
 
 inline void io(Archive& f, MeshPart& x)
@@ -228,9 +228,9 @@ inline void io(Archive& f, BrokenDef& x)
 inline void io(Archive& f, Load& x)
 {
   auto& [kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir, value,
-         amplitude, factor, of_place, ramp, hold, place] = x;
+         amplitude, factor, of_position, ramp, hold, place] = x;
   io_fields<Load>(f, kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir,
-                  value, amplitude, factor, of_place, ramp, hold, place);
+                  value, amplitude, factor, of_position, ramp, hold, place);
 }
 
 inline void io(Archive& f, Prescribed& x)

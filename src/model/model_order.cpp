@@ -7,7 +7,7 @@
 
 namespace {
 
-// [nnode] 1: elements of several ranks have it, own or outer ones
+// [nnode] 1: node of elements of several ranks, own or halo
 std::vector<char> shared_nodes(const Mesh& mesh, const OfRanks<int>& own, const OfRanks<int>& outer)
 {
   std::vector<char> shared(mesh.nnode(), 0);
@@ -67,8 +67,8 @@ void reorder(const IntVec& order, int each, std::vector<T>& x)
 // ---------------------------------------------------------------------------
 // model_order_nodes : the nodes of the whole model in the order in which ranks eliminate their rows  (8.7)
 //
-// Rank by rank, those far from the nodes of others first: rows and nodes of a rank then lie in one order, and
-// its vectors are read as they lie in memory. MeshPart::deck tells where each node was.
+// Rank by rank, nodes far from those of other ranks first. Rows and nodes of a rank then have the same order,
+// and its vectors are read contiguously. MeshPart::deck has the deck number of each node.
 // ---------------------------------------------------------------------------
 void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks, Model& m)
 {
@@ -79,7 +79,7 @@ void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks,
   const OfRanks<int> own{elem.off, elem.item};
   const std::vector<char> shared = shared_nodes(mesh, own, outer);
   std::vector<char> taken(mesh.nnode(), 0);
-  IntVec order, at(mesh.nnode(), -1), place(mesh.nnode());
+  IntVec order, at(mesh.nnode(), -1), index(mesh.nnode());
   const auto take = [&](int n) {
     if (!taken[n]) order.push_back(n);
     taken[n] = 1;
@@ -87,22 +87,22 @@ void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks,
   for (int r = 0; r < ranks; ++r)
     for (int n : far_nodes(mesh, own, r, shared, at)) take(n);
   for (int n = 0; n < mesh.nnode(); ++n) take(n);    // of no element
-  for (int n = 0; n < mesh.nnode(); ++n) place[order[n]] = n;
+  for (int n = 0; n < mesh.nnode(); ++n) index[order[n]] = n;
   reorder(order, 3, mesh.X);
   reorder(order, 1, mesh.node_label);
-  for (int& n : mesh.conn.item) n = place[n];
+  for (int& n : mesh.conn.item) n = index[n];
   for (const ModelLists& lists : {model_lists_of_work(m), model_lists_of_all(m)})
     for (IntVec* list : lists.node)
-      for (int& n : *list) n = place[n];
+      for (int& n : *list) n = index[n];
   for (Equation& e : m.equation)
-    for (EquationTerm& t : e.term) t.node = place[t.node];
+    for (EquationTerm& t : e.term) t.node = index[t.node];
   for (Frame& f : m.frame) {
-    f.node = place[f.node];
-    if (f.twin >= 0) f.twin = place[f.twin];
+    f.node = index[f.node];
+    if (f.twin >= 0) f.twin = index[f.twin];
   }
   for (RigidBody& b : m.rigid) {
-    for (int* n : {&b.ref, &b.turn}) *n = place[*n];
-    for (int& n : b.node) n = place[n];
+    for (int* n : {&b.ref, &b.turn}) *n = index[*n];
+    for (int& n : b.node) n = index[n];
   }
   m.part.deck = order;
 }

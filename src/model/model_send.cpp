@@ -17,6 +17,6 @@ Model model_receive()
   f.rank    = comm_rank();
   Model m;
   io(f, m);
-  MPFE_CHECK(f.good && f.at == f.begin + f.bytes.size(), "the model was not sent whole");
+  MPFE_CHECK(f.good && f.at == f.begin + f.bytes.size(), "the model was received incompletely");
   return m;
 }

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// model_send.h : the model of rank 0 to other ranks. No rank holds the bytes of all of it.
+// model_send.h : sends the model of rank 0 to other ranks, in parts
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_MODEL_SEND_H
 #define MPFE_MODEL_MODEL_SEND_H

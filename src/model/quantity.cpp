@@ -26,7 +26,7 @@ double corner_x(const Points& pts, const Level& l, int dim, int k, int c)
 double stress(const IpFields& f, int c) { return f.sig[c]; }
 double strain(const IpFields& f, int c) { return f.E[c]; }
 
-// *STATIC, RIKS: loads over those of the end of the step; else the time of the step over its period
+// *STATIC, RIKS: load relative to the end of the step; else step time over its period
 double load_factor(const ModelNow& now, int)
 {
   if (now.s.log.step < 1) return 0.0;
@@ -34,8 +34,7 @@ double load_factor(const ModelNow& now, int)
   return (s.arc.on ? now.s.clock.load : now.s.clock.t) / s.period;
 }
 
-// position of the crack tip in one direction: the last centre, or the first one, of what the criterion has
-// broken
+// position of the crack tip in one direction: the last, or first, centre of elements broken by the criterion
 double crack_tip(const ModelNow& now, int axis)
 {
   const Model& m    = now.m;

@@ -85,8 +85,8 @@ std::string hht_describe(const Step& s)
   return text_of("alpha %g, beta %g, gamma %g", s.alpha, s.beta, s.gamma);
 }
 
-// ---- central differences: Newmark's motion with beta = 0, gamma = 1/2, whose acceleration at t(n+1) follows
-// from the forces there (step_explicit.cpp)                                             (6.28)
+// ---- central differences: Newmark with beta = 0, gamma = 1/2; the acceleration at t(n+1) follows from the
+// forces there (step_explicit.cpp)                                                      (6.28)
 
 double central_mass(const Step&, double dt) { return 2.0 / (dt * dt); }
 

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// state.h : what changes during the run; step/ says when. A new field goes into state_io.h as well.
+// state.h : data that change during the run, by step/. New fields are added to state_io.h too.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_H
 #define MPFE_MODEL_STATE_H
@@ -10,31 +10,31 @@
 // Points::field of the corners of released points
 enum { FIELD_OWN = -1 };
 
-// What carries a corner: the grid; the node of the mesh where it lies; the corners at the nodes between which
-// it lies; unknowns of its own (doc/theory.md 7.14)
+// Support of a corner: the grid; the mesh node at its position; the corners at the nodes of its edge; its own
+// unknowns (doc/theory.md 7.14)
 enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 
-// Several ranks, divided model: none has all points.
-// on (MeshPart::points): each has points of its own. Those of others are here, to be looked at, where contact
-// may meet a face of theirs, or side A of bonds and contact has one with a corner of its own points; others
-// that share a corner with what is here are known by their corners.
-// window (MeshPart::window): of points that were elements each has those of the elements that it has, its own
-// and outer ones, and works on those of its own. Points from the start, if any, are divided as with on.
+// Divided model on several ranks: no rank stores all points.
+// on (MeshPart::points): each rank owns points. It also stores, read only, points of other ranks whose faces
+// its contact may meet, or that are at side A of bonds and contact and share a corner with its points. Of
+// other points that share a corner with these it stores the corners.
+// window (MeshPart::window): a rank stores the converted points of its own and halo elements and owns those
+// of its own. Points of the deck, if any, are divided as with on.
 struct PointPart {
   bool on = false, window = false;
-  int npoint = 0, ncorner = 0; // of all ranks
-  // [npoint], [ncorner] number among those of all ranks, ascending (not corners of a window)
+  int npoint = 0, ncorner = 0; // totals over ranks
+  // [npoint], [ncorner] global number, ascending (not the corners of a window)
   IntVec point, corner;
-  IntVec rank;                 // on: [points from the start] who works on it
-  IntVec numbered;             // window: corners in the order of their numbers
-  bool lone_corners = false;   // some rank has a corner of points of other ranks alone
-  Halo halo;                   // corners that other ranks have too; their owner has a point with it
-  std::vector<char> several;   // window: [ncorner] points of several ranks have it
-  Halo start;                  // window: that of the corners that are there from the start
-  // corners of halo points: index here, or -1 - index into outer_corner
+  IntVec rank;                 // on: [points of the deck] owner
+  IntVec numbered;             // window: corners by ascending number
+  bool lone_corners = false;   // a rank stores a corner of points of other ranks only
+  Halo halo;                   // corners shared with other ranks; the owner has a point of it
+  std::vector<char> several;   // window: [ncorner] owned points of several ranks have it
+  Halo start;                  // window: halo of the corners of the deck
+  // corners of points of other ranks: index here, or -1 - index in outer_corner
   ListTable outer_conn;
   IntVec outer_shape;          // [outer_conn] their Shape
-  IntVec outer_corner;         // their numbers among the corners of all ranks
+  IntVec outer_corner;         // global number of a corner
 };
 
 // Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
@@ -45,112 +45,110 @@ struct Points {
   ListTable conn;              // [npoint] corners of a domain
   IntVec kind;                 // [npoint] index into kinds
   DomainKinds kinds;           // weights, gradients, consistent masses
-  // [npoint] 1: G and V0 belong to a Gauss place of the element that it was, 0: means over the domain
+  // [npoint] 1: G and V0 are those of a Gauss point of the parent element, 0: means over the domain
   IntVec sampled;
   RealVec V0;                  // [npoint] volume (area x thickness) at t = 0         length^3
   RealVec mass;                // [npoint]
   IntVec body;                 // [npoint] index into Model::body
-  IntVec label;                // [npoint] the user's: 1, 2, ...
-  IntVec of_elem;              // [nelem] first point of an element that became points, -1; empty: none did
-  IntVec parent;               // [npoint] element that it was, -1: a point from the start
-  // [npoint] next one of the points of its initial cell, or of the element that it was; the last leads to the
-  // first
+  IntVec label;                // [npoint] user label: 1, 2, ...
+  IntVec of_elem;              // [nelem] first point of a converted element, -1; empty: none converted
+  IntVec parent;               // [npoint] element before conversion, -1: a point of the deck
+  // [npoint] next point of the same initial cell or parent element, cyclic
   IntVec next;
   IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
-  IntVec released;              // [npoint] 1: released from its neighbours, its corners are its own
-  IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
-  // [ncorner] the first corner of the same name: itself, or that of an element that became points before
+  IntVec released;              // [npoint] 1: released from its neighbours, with its own corners
+  IntVec field;                // [ncorner] grid field, or FIELD_OWN: own unknowns
+  // [ncorner] first corner of the same name: itself, or a corner of an element converted earlier
   IntVec first_copy;
-  // [ncorner] of corners made by conversion: at a node that node, between nodes -1 - corner of each of them
+  // [ncorner] corners made by conversion: at a node, that node; between nodes, -1 - corner of each of them
   ListTable hang;
   RealVec hang_w;              // [hang.item] weights, sum 1
   IntVec hangs;                // [ncorner] HangOn; empty: all on the grid
-  // [ncorner], or as many as there were then: corners of elements with a released point, and those of their
-  // names: points that there were then, of all ranks; later conversions share them no more. 0: others
+  // [ncorner], or shorter: for corners of elements with a released point, and corners of the same names:
+  // total number of points at the release; later conversions do not share these corners. 0: others
   IntVec unshared_since;
   bool shareable(int c, int before) const
   {
     return c >= static_cast<int>(unshared_since.size()) || unshared_since[c] == 0 ||
            unshared_since[c] > before;
   }
-  // HangOn of a corner: what carries it                                                 (7.14)
+  // HangOn of a corner                                                                  (7.14)
   int carrier(int c) const
   {
     if (field[c] == FIELD_OWN) return HANG_OWN;
     return c < static_cast<int>(hangs.size()) ? hangs[c] : HANG_GRID;
   }
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
-  // carries what broken material still does; a released point is a whole piece of material again
+  // broken and not released; a released point is a piece of intact material
   bool eroded(int p) const { return broken[p] >= 0 && !released[p]; }
   // of a domain: weights w_c [n], gradients G_c [n*dim] (1/length), masses, pairs a >= b
   const double* w(int p) const { return kinds.at(kind[p]); }
   const double* G(int p) const { return w(p) + conn.count(p); }
   const double* mc(int p) const { return G(p) + conn.count(p) * kinds.dim; }
-  std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
-  // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
+  std::vector<Face> boundary;  // faces of one point only; elem: point, face: local face
+  // [Model::surface] faces of points: surfaces on bodies; surfaces on elements: faces of their converted ones
   std::vector<std::vector<Face>> surface;
-                               // elements those that elements which became points have left
   PointPart part;              // made by point_fill and point_number, not saved
   int npoint_all() const { return part.on || part.window ? part.npoint : npoint; }       // of all ranks
-  // number of a point among those of all ranks
+  // global number of a point
   int point_number(int p) const { return part.point.empty() ? p : part.point[p]; }
-  // number of a corner among those of all ranks, and the way back (-1: it is not here)
+  // global number of a corner, and index by number (-1: not on this rank)
   int corner_number(int c) const { return part.corner.empty() ? c : part.corner[c]; }
   int corner_here(int number) const;
-  int point_here(int number) const;      // PointPart::on; -1: it is not here
+  int point_here(int number) const;      // PointPart::on; -1: not on this rank
 };
 
-// What is on side B of a bond; SIDE_CONTACT: what is met, found in each step
+// Side B of a bond; SIDE_CONTACT: a face, found in each step
 enum BondSide { SIDE_GRID, SIDE_GROUND, SIDE_CONTACT };
 
 // An outer face that takes part in general contact: of a finite element, or of a point
 struct SkinFace {
   int elem = -1, face = -1;
-  int points = 0;              // 0: of an element, 1: of a point, 2: of a released one
+  int points = 0;              // 0: of an element, 1: of a point, 2: of a released point
   bool operator==(const SkinFace& b) const { return elem == b.elem && face == b.face && points == b.points; }
-  // the element that has it, or had it before it became points; -1: of a point from the start
+  // element of the face, before its conversion too; -1: of a point of the deck
   int element(const Points& pts) const { return points ? pts.parent[elem] : elem; }
 };
 
-// What contact points, the bonds of SIDE_CONTACT, keep besides: arrays of all bonds
+// Additional data of contact points, the bonds of SIDE_CONTACT: arrays over all bonds
 struct ContactState {
-  RealVec offset;              // [nbond] gap at the start that counts as zero (OVERLAP=ADJUST)   length
-  // [nbond] part of the measured gap that is no compression (theory 4.16)   length
+  RealVec offset;              // [nbond] initial gap that counts as zero (OVERLAP=ADJUST)       length
+  // [nbond] part of the gap without compression (theory 4.16)               length
   RealVec initial_penetration;
-  // [nbond] depth from which the pressure grows faster than the penalty; 0: it stays linear   length
+  // [nbond] depth above which the pressure increases faster than linearly; 0: always linear   length
   RealVec deep;
   RealVec friction;            // [nbond] Coulomb
   std::vector<SkinFace> skin;  // general contact: all faces; those of elements first
-  RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
+  RealVec skin_penalty;        // [skin] penalty per area of a face              force/length^3
   IntVec skin_of;              // [nbond] general contact: index into skin, -1: none
-  // [nbond] general contact: what it pushes on: a face, index into skin, or a *GRID BOUNDARY; -1: none
+  // [nbond] general contact: face in contact, index into skin, or *GRID BOUNDARY in contact; -1: none
   IntVec met, wall;
 };
 
-// Bonds tie side A (nodes or corners) to the grid or to the ground; contact points keep it off what they meet
+// Bonds tie side A (nodes or corners) to the grid or to the ground; contact points prevent its penetration
 // (doc/theory.md 4)
 struct Bonds {
   int nbond = 0;
-  int nfixed = 0;              // bonds of the deck; those that follow come from conversion
+  int nfixed = 0;              // bonds of the deck; bonds of conversion follow
   ListTable a;                 // side A: finite-element node n, or corner c as nnode + c
   RealVec a_w;                 // [a.item] weights, sum 1
   IntVec def;                  // [nbond] index into Model::bond
   IntVec side;                 // [nbond] BondSide
-  IntVec field;                // [nbond] SIDE_GRID: the grid field; -1: others
+  IntVec field;                // [nbond] SIDE_GRID: the grid field; else -1
   RealVec area;                // [nbond] tributary area (length x thickness in 2D)
-  RealVec X;                   // [nbond*3] place at t = 0
+  RealVec X;                   // [nbond*3] position at t = 0
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
   ContactState contact;
-  // divided model, made by bond_share, not saved: [nbond] who works on a bond; names, the same on all ranks
-  // that may, ascending as one rank has the bonds; who has them; bonds of all ranks
+  // divided model, made by bond_share, not saved: [nbond] owner; names, equal on all ranks, ascending in the
+  // order of a single rank; ranks that store a bond; total number
   IntVec rank;
   std::vector<long> name;
   Halo halo;
   int nall = 0;
-  // contact: what goes beyond deep; its cube times growth is the force added (4.21)   length, force/length^3
+  // contact: depth beyond deep; its cube times growth is an added force (4.21)        length, force/length^3
   double beyond(int b, double gap) const
   {
     const double more = gap + contact.deep[b];
@@ -161,32 +159,32 @@ struct Bonds {
     const double deep = contact.deep[b];
     return deep > 0.0 ? 4.0 * cn[b] / (deep * deep) : 0.0;
   }
-  bool counts(int b) const { return !halo.on() || rank[b] == comm_rank(); }    // b counts here in a sum
-  int nbond_all() const { return halo.on() ? nall : nbond; }                   // of all ranks
+  bool counts(int b) const { return !halo.on() || rank[b] == comm_rank(); }    // sum of this rank includes b
+  int nbond_all() const { return halo.on() ? nall : nbond; }                   // total over ranks
 };
 
-// What became of the finite elements
+// Phase of a finite element
 enum ElemPhase { AS_ELEMENT, AS_POINTS, AS_NOTHING };
 
-struct Fracture {              // empty arrays: nothing can break or change its form
+struct Fracture {              // empty arrays: no fracture, no conversion
   IntVec phase;                // [nelem] ElemPhase
   IntVec broken;               // [nelem] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [nelem*3] normal of the crack, frozen when it broke
-  RealVec time;                // [nelem] when it broke, -1: intact
-  IntVec releasing;            // broken elements whose psi+ has not yet fallen to c, in the order of breaking
-  IntVec converted;            // elements that became points, in that order
-  // released points, in that order; points that there were then, of all ranks; corners that they had before
+  RealVec time;                // [nelem] time of fracture, -1: intact
+  IntVec releasing;            // broken elements whose psi+ is above c, in the order of fracture
+  IntVec converted;            // converted elements, in their order
+  // released points, in their order; total number of points then; their corners before
   IntVec released, released_at;
   ListTable left;
-  int renewed = 0;             // released points whose shape was made anew, so far
+  int renewed = 0;             // released points with a renewed shape so far
   double next_test = 0.0;      // total time of the next test
-  // [nelem] dynamics: psi+ / volume, and its average over time (7.26); 0: not followed; empty: none yet
+  // [nelem] dynamics: psi+ / volume, and its time average (7.26); 0: not tracked; empty: none yet
   RealVec drive, mean;
   double drive_time = 0.0;     // total time of both
   int neroded = 0;             // broken by the criterion so far
-  // those in releasing, converted and released, of all ranks
+  // totals of releasing, converted and released over ranks
   int nreleasing = 0, nconverted = 0, nreleased = 0;
-  double area = 0.0;           // crack area: sum of V/h over them                  length x thickness
+  double area = 0.0;           // crack area: sum of V/h over broken elements    length x thickness
   bool empty() const { return phase.empty(); }
 };
 
@@ -195,18 +193,18 @@ struct Level {                 // one time level
   RealVec u, v, a;             // [nnode*dim] finite-element nodes
   RealVec uc;                  // [ncorner*dim] displacement of corners since t = 0   length
   RealVec vc;                  // [ncorner*dim] velocity of corners
-  RealVec slip;                // [nbond*dim] side A minus side B; contact: the gap  length
-  RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange; contact: friction   force
+  RealVec slip;                // [nbond*dim] side A - side B; contact: the gap     length
+  RealVec lambda;              // [nbond*dim] augmented Lagrange multiplier; contact: friction     force
   RealVec lambda_n;            // [nbond] contact: normal multiplier, not positive            force
-  // history of the law at the Gauss points of all elements, and of points; empty: no law keeps any
+  // history of the law at the Gauss points of all elements, and of points; empty: no law has any
   RealVec he, hp;
-  // [nelem] degradation factor of psi+: 1 intact, c when its release is over; empty: nothing can break
+  // [nelem] degradation factor of psi+: 1 intact, c when fully released; empty: no fracture
   RealVec degr;
   RealVec q;                   // [nelem] pressure of the bulk viscosity (6.35); empty: there is none
 };
 
-// degr_of_step : degradation factor of element e that acts over a step from l0 to l1: the mean for the
-// energy-momentum scheme, else that of l1
+// degr_of_step : degradation factor of element e in a step from l0 to l1: the mean for the energy-momentum
+// scheme, else that of l1
 inline double degr_of_step(const Level& l0, const Level& l1, bool mid, int e)
 {
   return mid ? 0.5 * (l0.degr[e] + l1.degr[e]) : l1.degr[e];
@@ -217,28 +215,28 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double kinetic = 0, strain = 0, bond = 0, external = 0;
   double friction = 0;         // dissipated by friction so far
   double plastic = 0;          // dissipated by plastic flow so far
-  // released by erosion, in statics also by the equilibrium that follows it, so far
+  // released by erosion, and in statics by the equilibrium after it, so far
   double fracture = 0;
-  double cohesive = 0;         // dissipated by cracks that open against a cohesion so far
+  double cohesive = 0;         // dissipated by cohesive cracks so far
   double ghost = 0;            // dissipated by ghost stabilisation so far
   double viscous = 0;          // dissipated by *DAMPING and *VISCOUS BOUNDARY so far
-  // statics: lost so far on the way to equilibrium from forces that have lost what held them           (6.15)
-  double renewal  = 0;         // of corners on a new grid
-  double overlap  = 0;         // of contact that overlaps at the start
-  double released = 0;         // of supports that were removed
-  double sudden   = 0;         // of loads that act at once
-  double stopped  = 0;         // of motion, with its kinetic energy
-  double conversion = 0;       // lost when elements became points (averages, bonds), so far
+  // statics: lost so far on the way to equilibrium from unbalanced forces                              (6.15)
+  double renewal  = 0;         // of the projection to a new grid
+  double overlap  = 0;         // of initial contact overlap
+  double released = 0;         // of removed supports
+  double sudden   = 0;         // of loads applied at once
+  double stopped  = 0;         // kinetic energy of stopped motion
+  double conversion = 0;       // lost by conversion (averages, bonds), so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
-  // kinetic + strain + bond + all that is lost (ledger_lost) - total0 - external
+  // kinetic + strain + bond + losses (ledger_lost) - total0 - external
   double balance = 0;
-  double scale = 0;            // largest energy seen so far
-  double rounding = 0;         // energies below are rounding of zero
-  // of the step under way: balance and external work at its start, largest energy in it
+  double scale = 0;            // largest energy so far
+  double rounding = 0;         // energies below are round-off
+  // present step: balance and external work at its start, largest energy in it
   double balance0 = 0, external0 = 0, step_scale = 0;
-  // explicit: length of the increments that the kinetic energy is the product of half steps of, 0: none
+  // explicit: increment length of the half steps whose velocity product gives the kinetic energy, 0: none
   double leap = 0;                                                                             // (6.33)
-  int off = 0;                 // steps whose balance was off by more than they allow
+  int off = 0;                 // steps whose imbalance exceeds their limit
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};
   double slip_max = 0, slip_rms = 0;
@@ -247,32 +245,33 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
 struct ContactLog {            // one contact pair at t(n+1)
   double force = 0;            // sum of the normal forces
   double gap   = 0;            // deepest penetration (negative), 0: open
-  double area  = 0;            // of the closed part
-  double peak  = 0;            // largest pressure of a place: normal force / area       force/length^2
+  double area  = 0;            // closed area
+  double peak  = 0;            // largest pressure of a contact point           force/length^2
   double work  = 0;            // dissipated by friction since the start
 };
 
-struct StepClock {             // the step that is under way
+struct StepClock {             // time of the present step
   double start = 0;            // total time at its start
-  double t = 0;                // done
+  double t = 0;                // completed time of the step
   double dt = 0;               // of the next attempt
-  long nominal = 1;            // DIRECT: end of the increment that is under way, in units of dt
+  long nominal = 1;            // DIRECT: end of the present increment, in units of dt
   int easy = 0;                // increments in a row that converged quickly
-  // statics: largest dt, that of the first break of the step; 0: nothing has broken in it
+  // statics: upper limit of dt, set at the first fracture of the step; 0: none yet
   double most = 0;
-  // statics: the next increment ends here at the latest, where an element breaks; 0: not known
+  // statics: end of the next increment, in which an element breaks; 0: not known
   double aim = 0;
-  // dynamics, automatic increments: sums of F dt and F^2 dt over the force F of inertia, and the largest
-  // strain energy, of the step so far                                                        (6.25), (6.26)
+  // dynamics, automatic increments: sums of F dt and F^2 dt of the inertia force F, and the largest strain
+  // energy, in the step so far                                                               (6.25), (6.26)
   double impulse = 0, square = 0, energy = 0;
-  int cuts = 0;                // of all increments so far
-  // explicit: largest stable increment of elements, and of the system when the step began, 0: not known; what
-  // had broken, become points or been released when it was looked at last                     (6.30) - (6.32)
+  int cuts = 0;                // cuts of the step so far
+  // explicit: stable increment of elements, and of the system at the start of the step, 0: not known; number
+  // of converted and released points at the last check                                      (6.30) - (6.32)
   double stable = 0, system = 0;
   long broke = 0;
   double xi = 0;               // explicit: largest damping ratio of the bulk viscosity in the last increment
-  double held = 0, least = 0;  // explicit: increment of this stage, least stable one in it; 0: none    (6.32)
-  // *STATIC, RIKS: time of the step whose loads act, the largest so far; is the step at its end?
+  // explicit: increment of the stage, smallest stable one in it; 0: none                   (6.32)
+  double stage = 0, stage_least = 0;
+  // *STATIC, RIKS: load time, its maximum so far; is the step at its end?
   double load = 0, load_most = 0;
   int ended = 0;
 };
@@ -280,50 +279,50 @@ struct StepClock {             // the step that is under way
 // clock_over : is the step at its end?
 inline bool clock_over(const Step& s, const StepClock& c) { return s.arc.on ? c.ended != 0 : s.over(c.t); }
 
-struct GridLaid {              // where corners and bonds were when the active grid was made
-  RealVec uc, xb;              // [ncorner*dim], [nbond*dim]; empty: it must be made anew
+struct GridLaid {              // positions of corners and bonds when the active grid was made
+  RealVec uc, xb;              // [ncorner*dim], [nbond*dim]; empty: grid to be rebuilt
   long made = -1;              // ActiveGrid::made; not saved
-  // has it been made with so many numbers (a rank may have no corner), or is it to be made anew?
+  // does it fit these sizes (a rank may have no corner), or is the grid to be rebuilt?
   bool fits(std::size_t nuc, std::size_t nxb) const
   {
     return (uc.empty() && xb.empty()) || (uc.size() == nuc && xb.size() == nxb);
   }
 };
 
-struct Division {              // whose work is what; one rank: empty
+struct Division {              // owners of elements and points; one rank: empty
   int ranks = 1;
-  // the model is divided, not the work alone; elem is then that of the pieces while it is saved, else empty
+  // the model is divided too, not only its work; elem then has the pieces during saving only, else is empty
   bool pieces = false;
   IntVec elem, point;          // [nelem], [npoint] rank
-  double excess = 0;           // largest work of a rank over the mean, when the division was made
-  // MeshPart::window: points and corners of all ranks then; have points been handed from rank to rank?
+  double excess = 0;           // largest work of a rank over the mean, at the division
+  // MeshPart::window: total points and corners then; have points been transferred between ranks?
   int made    = -1;
   bool handed = false;
 };
 
-// the work behind a division is that after its first increment
+// State of WorkShare::events; the reference work is that after the first increment
 enum { AT_START = -3, DIVIDED = -2, AFTER_DIVISION = -1 };
 
-struct WorkShare {             // how even the work of a divided model is
-  int events = AT_START;       // elements that had broken or become points when it was asked last
-  double excess = 1.0;         // largest work of a rank over the mean, behind the last division
-  double now    = 1.0;         // the same when it was asked last
-  double lost   = 0.0;         // increments lost since then to work that has become uneven
+struct WorkShare {             // work balance of a divided model
+  int events = AT_START;       // broken and converted elements at the last check
+  double excess = 1.0;         // largest work of a rank over the mean, after the last division
+  double now    = 1.0;         // the same at the last check
+  double lost   = 0.0;         // increments lost since then to uneven work
 };
 
-struct StepLog {               // how the increment went
+struct StepLog {               // data of the increment for the listing
   int step = 0;                // 1-based
   int inc = 0;                 // increment within the step, 1-based
   int inc_total = 0;
   int iterations = 0, cuts = 0;
   double dt = 0, t_step = 0;
   double residual = 0, scale = 0;   // last residual norm and force scale
-  double half = 0, half_limit = 0;  // half-increment residual and what it may be; limit 0: not asked for
+  double half = 0, half_limit = 0;  // half-increment residual and its limit; limit 0: not requested
   int grid_nodes = 0, grid_cells = 0, weak_nodes = 0, equations = 0;
-  long contact_searched = 0, contact_skipped = 0;   // searches of a pair so far; skipped: surfaces apart
+  long contact_searched = 0, contact_skipped = 0;   // pair searches so far; skipped: surfaces far apart
 };
 
-struct ErosionLog {            // one element that broke
+struct ErosionLog {            // a broken element
   int elem = -1, label = 0;    // in the mesh of the deck
   double time = 0, value = 0, released = 0;
   double X[3] = {0, 0, 0};     // centre at t = 0
@@ -337,7 +336,7 @@ struct State {
   RealVec rf;                  // [nnode*dim] reactions at t(n), 0 at free dofs
   std::vector<ContactLog> contact;   // [Model::bond], of contact pairs
   RealVec grid_rf;             // [Model::grid_bc * dim] sum of the reactions of each grid condition
-  // [nnode*dim] displacement over time of the last increment of this static step; first one: empty
+  // [nnode*dim] displacement rate of the last increment of this static step; first increment: empty
   RealVec rate;
   Ledger ledger;
   std::vector<ErosionLog> eroded;    // since the last output

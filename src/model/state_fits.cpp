@@ -7,7 +7,7 @@
 
 namespace {
 
-const double FAR = 1e150;      // larger numbers overflow when they are squared
+const double FAR = 1e150;      // larger numbers overflow when squared
 
 template <class T>
 bool has(const std::vector<T>& v, std::size_t n) { return v.size() == n; }
@@ -56,7 +56,7 @@ bool faces(const std::vector<Face>& list, const Points& p)
   });
 }
 
-// what carries the corners of converted elements                                     (7.14)
+// supports of the corners of converted elements                                      (7.14)
 bool hangs_fit(const Model& m, const Points& p)
 {
   if (!lists(p.hang, p.ncorner, -p.ncorner, m.mesh.nnode()) || !real(p.hang_w, p.hang.item.size()))
@@ -99,7 +99,7 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
       !index(p.first_copy, c, 0, p.ncorner) || !hangs_fit(m, p) || p.unshared_since.size() > c ||
       !index(p.unshared_since, 0, p.npoint_all() + 1))
     return false;
-  // what was there at t = 0 has stayed what it was; only corners are given up
+  // points of the deck have not changed, but for their corners
   const bool same = std::equal(begin.shape.begin(), begin.shape.end(), p.shape.begin()) &&
                     std::equal(begin.body.begin(), begin.body.end(), p.body.begin()) &&
                     std::equal(begin.label.begin(), begin.label.end(), p.label.begin()) &&
@@ -163,7 +163,7 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
       return false;
   long made = 0;
   for (int e = 0; e < static_cast<int>(n); ++e)
-    made += f.phase[e] == AS_POINTS && m.part.knows_points(e);
+    made += f.phase[e] == AS_POINTS && m.part.stores_points(e);
   if (made != static_cast<long>(f.converted.size()) || f.nconverted < made) return false;
   if (!index(f.released, 0, p.npoint) || !distinct(f.released, p.npoint)) return false;
   const int n_released = static_cast<int>(f.released.size());
@@ -176,13 +176,13 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
          std::is_sorted(f.released_at.begin(), f.released_at.end());
 }
 
-// the gap of a place of contact that meets no face is 1e300
+// the gap of a contact point without a face is 1e300
 bool finite(const RealVec& v, std::size_t n)
 {
   return v.size() == n && std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
 }
 
-// history of the laws: the same number for each integration point
+// history of the laws: the same length at each integration point
 bool history_fits(const Model& m, const Points& p, const Level& l)
 {
   size_t gauss = 0;

@@ -1,9 +1,9 @@
 // ---------------------------------------------------------------------------
-// state_io.h : the state to and from an archive: one list of fields a struct
+// state_io.h : writes and reads the state: one list of fields a struct
 //
-// of_nodes, of_elems, of_gauss, of_points, of_corners, of_bonds, DividedLists: a divided model holds the part
-// of this rank, the file the whole. What names elements, nodes, points, corners or faces by index is not
-// translated here: releasing is by out_restart, others by state_to_deck, state_bring and state_find_faces.
+// of_nodes, of_elems, of_gauss, of_points, of_corners, of_bonds, DividedLists: a divided model stores the
+// part of this rank, the file the whole. Indices of elements, nodes, points, corners or faces are not
+// converted here: releasing is by out_restart, others by state_to_deck, state_for_file and state_find_faces.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_IO_H
 #define MPFE_MODEL_STATE_IO_H
@@ -11,12 +11,12 @@
 #include "model/model_io.h"
 #include "model/state_window.h"
 
-// faces go as they are, since arrays of them are divided
+// faces are copied as bytes, since arrays of them are divided
 template <>
 inline constexpr bool is_plain<SkinFace> = true;
 static_assert(sizeof(SkinFace) == 3 * sizeof(int), "a gap between the fields would be saved");
 
-// Lists of points or corners, and what their items are
+// Lists of points or corners, and the kind of their items
 struct DividedLists {
   ListTable& x;
   ArchiveKind of, kind;
@@ -34,9 +34,8 @@ inline void io(Archive& f, const DividedLists& d)
   for (int n : count) d.x.off.push_back(d.x.off.back() + n);
 }
 
-// Points are as point_fill has made them from the deck until elements become points: then they are not saved.
-// First what tells a rank of a window which of them it takes, and their corners; boundary and surface are
-// made again
+// Points are not saved before the first conversion: point_fill makes them from the deck. First the data by
+// which a rank of a window selects its points, and their corners; boundary and surface are rebuilt
 inline void io_outline(Archive& f, Points& x)
 {
   bool filled = x.of_elem.empty();
@@ -46,7 +45,7 @@ inline void io_outline(Archive& f, Points& x)
   io_all(f, x.npoint, x.ncorner, of_points(x.parent), DividedLists{x.conn, PER_POINT, PER_CONN});
 }
 
-// Numbers of domains, point after point, as files have them
+// Numbers of domains, point after point, as in files
 struct DomainNumbers { RealVec w, G, mc; };
 
 inline DomainNumbers domain_lists(const Points& x)
@@ -61,8 +60,8 @@ inline DomainNumbers domain_lists(const Points& x)
   return d;
 }
 
-// Reading: kinds from such lists. G_alone: others are not read, since conversion gives them once more, and
-// are zero. Lists that do not fit each other: no kinds, which state_fits refuses
+// Reading: kinds from such lists. G_alone: w and mc are not read but zero, since conversion computes them.
+// Inconsistent lists: no kinds, which state_fits rejects
 inline void domains_from_lists(const DomainNumbers& d, bool G_alone, Points& x)
 {
   const std::size_t items = x.conn.item.size();
@@ -96,7 +95,7 @@ inline void io(Archive& f, Points& x)
   bool filled = x.of_elem.empty();
   io(f, filled);
   if (filled) return;
-  const bool skip = state_takes(f);    // what the conversions give once more
+  const bool skip = state_takes(f);    // conversion computes them again
   auto& [npoint, ncorner, Xc, shape, conn, kind, kinds, sampled, V0, mass, body, label, of_elem, parent, next,
          broken, normal, released, field, first_copy, hang, hang_w, hangs, unshared_since, boundary, surface,
          part] = x;
@@ -134,7 +133,7 @@ inline void number_lists(IntVec& number, ListTable& x)
   }
 }
 
-// First what tells a rank of a divided model which bonds it takes: what they tie, faces of general contact
+// First the data by which a rank of a divided model selects its bonds: their items, faces of general contact
 inline void io_outline(Archive& f, const Points& p, Bonds& x)
 {
   io_all(f, x.nbond, x.nfixed);
@@ -192,19 +191,19 @@ inline void io(Archive& f, ContactLog& x)
 inline void io(Archive& f, StepClock& x)
 {
   auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke,
-         xi, held, least, load, load_most, ended] = x;
+         xi, stage, stage_least, load, load_most, ended] = x;
   io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke, xi,
-         held, least, load, load_most, ended);
+         stage, stage_least, load, load_most, ended);
 }
 
-// ranks of points follow where points are known: io_point_ranks
+// the ranks of points follow after the points: io_point_ranks
 inline void io(Archive& f, Division& x)
 {
   auto& [ranks, pieces, elem, point, excess, made, handed] = x;
   io_all(f, ranks, pieces, of_elems(elem), excess, made, handed);
 }
 
-// of pieces, points that have not been handed over are where their elements are
+// with pieces: points that were not transferred belong to the owner of their element
 inline void io_point_ranks(Archive& f, Division& x)
 {
   if (!x.pieces || x.handed) io(f, of_points(x.point));
@@ -235,8 +234,8 @@ inline void io(Archive& f, GridLaid& x)
   io_all(f, of_corners(x.uc), of_bonds(x.xb));
 }
 
-// between increments: the level n+1 is that of n. First the division, which rank 0 reads alone to divide a
-// model as it was
+// between increments level n+1 equals n. First the division, which rank 0 reads alone to divide the model in
+// the same way
 inline void io(Archive& f, State& x)
 {
   auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, laid, division, work,

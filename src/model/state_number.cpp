@@ -5,7 +5,7 @@
 
 namespace {
 
-// node, elem, corner: index to index; before, now: nodes of the mesh, behind which corners are counted
+// node, elem, corner: maps of indices; before, now: number of nodes, after which corners are counted
 template <class Node, class Elem, class Corner>
 void renumber(int before, int now, Node node, Elem elem, Corner corner, State& st)
 {
@@ -63,7 +63,7 @@ void state_to_deck(const MeshPart& part, State& st)
 void state_from_deck(const MeshPart& part, State& st)
 {
   if (!part.on) return;
-  IntVec releasing;            // a number that no mesh has stays, for state_fault
+  IntVec releasing;            // an invalid number is kept, for state_fault
   for (int number : st.frac.releasing)
     if (part.elem_here(number) >= 0 || number < 0 || number >= part.nelem) releasing.push_back(number);
   st.frac.releasing.swap(releasing);
@@ -77,7 +77,7 @@ void state_from_deck(const MeshPart& part, State& st)
   renumber(
       part.nnode, nnode, here,
       [&](int e) { return part.elem_here(e); },
-      [&](int c) {                           // what is no number of a corner is none here either
+      [&](int c) {                           // invalid corner numbers are not found
         const int corner = st.points.corner_here(c);
         return corner < 0 ? st.points.ncorner : corner;
       },

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// state_number.h : indices of the state in the piece of a rank, or numbers in the mesh of the deck
+// state_number.h : converts indices of the state between the piece of a rank and the mesh of the deck
 // (doc/theory.md 5.1)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_NUMBER_H
@@ -7,15 +7,15 @@
 
 #include "model/state.h"
 
-// deck_order : nodes of the piece as they follow one another in the mesh of the deck        [nnode]
+// deck_order : nodes of the piece in the order of the deck                            [nnode]
 IntVec deck_order(const MeshPart& part);
 
-// state_to_deck : nodes and elements that points, bonds and lists of fracture name become numbers in the mesh
-// of the deck; nothing happens where the model is whole
+// state_to_deck : replaces node and element indices in points, bonds and fracture lists by deck numbers; no
+// change in an undivided model
 void state_to_deck(const MeshPart& part, State& st);
 
-// state_from_deck : the way back. Elements under release that are not here leave the list; of all others,
-// what is not here is -1.
+// state_from_deck : the inverse. Elements under release that are not on this rank are removed from the list;
+// of all others the index is -1.
 void state_from_deck(const MeshPart& part, State& st);
 
 #endif

@@ -12,7 +12,7 @@
 
 namespace {
 
-// points and corners, in numbers of all ranks
+// points and corners, in global numbers
 Points numbered(const Model& m, const IntVec& points, const IntVec& corners, const Points& p)
 {
   const int dim = m.dim;
@@ -49,7 +49,7 @@ Points numbered(const Model& m, const IntVec& points, const IntVec& corners, con
   return out;
 }
 
-// names of faces of general contact, in the order in which one rank has them
+// names of faces of general contact, in the order of a single rank
 std::vector<long> skin_names(const IntVec& point, const std::vector<SkinFace>& skin)
 {
   const long faces = 8, behind = 1L << 40;           // of an element; elements
@@ -59,25 +59,25 @@ std::vector<long> skin_names(const IntVec& point, const std::vector<SkinFace>& s
   return name;
 }
 
-// does this rank bring a face of general contact?
-bool brings_face(const MeshPart& mesh, const Points& p, const SkinFace& f)
+// does this rank write a face of general contact?
+bool writes_face(const MeshPart& mesh, const Points& p, const SkinFace& f)
 {
   const int e = f.element(p);
   return e < 0 ? p.part.rank[f.elem] == comm_rank() : mesh.works(mesh.elem_here(e));
 }
 
-// Corners that this rank brings, ascending by their numbers: of the points that it brings, and those that
-// these had before they were released; of a corner that several ranks have so, one brings it
+// Corners that this rank writes, ascending by their numbers: of the points that it writes, also before their
+// release; of a shared corner one rank writes it
 IntVec own_corners(const WindowState& kept, const IntVec& points)
 {
   const Points& p = kept.points;
-  std::vector<char> mine(p.npoint, 0), own(p.ncorner, 0);
+  std::vector<char> owned(p.npoint, 0), own(p.ncorner, 0);
   for (int q : points) {
-    mine[q] = 1;
+    owned[q] = 1;
     for (int k = p.conn.off[q]; k < p.conn.off[q + 1]; ++k) own[p.conn.item[k]] = 1;
   }
   for (std::size_t k = 0; k < kept.released.size(); ++k)
-    for (int i = kept.left.off[k]; i < kept.left.off[k + 1] && mine[kept.released[k]]; ++i)
+    for (int i = kept.left.off[k]; i < kept.left.off[k + 1] && owned[kept.released[k]]; ++i)
       own[kept.left.item[i]] = 1;
   IntVec list, brings;
   for (int c = 0; c < p.ncorner; ++c)
@@ -92,17 +92,17 @@ IntVec own_corners(const WindowState& kept, const IntVec& points)
   return brings;
 }
 
-// released points that were elements of this rank, of all ranks, in the order in which they got their corners
+// released points of owned elements, of all ranks, in the order of their new corners
 void join_released(const WindowState& kept, const IntVec& own, Fracture& all)
 {
   struct Released { int corner, point, at, n, left[8]; };
   const Points& p = kept.points;
-  std::vector<char> mine(p.npoint, 0);
-  for (int q : own) mine[q] = 1;
+  std::vector<char> owned(p.npoint, 0);
+  for (int q : own) owned[q] = 1;
   std::vector<Released> list, joined;
   for (std::size_t k = 0; k < kept.released.size(); ++k) {
     const int q = kept.released[k], at = static_cast<int>(k);
-    if (!mine[q]) continue;
+    if (!owned[q]) continue;
     Released r{p.part.corner[p.conn.begin(q)[0]], p.part.point[q], kept.released_at[k], kept.left.count(at),
                {}};
     for (int a = 0; a < r.n; ++a) r.left[a] = p.part.corner[kept.left.begin(at)[a]];
@@ -120,7 +120,7 @@ void join_released(const WindowState& kept, const IntVec& own, Fracture& all)
   }
 }
 
-// elements that this rank works on which became points, of all ranks, in their order
+// owned converted elements, of all ranks, in their order
 IntVec join_converted(const Model& m, const IntVec& converted, const IntVec& here, const Points& p)
 {
   struct Turn { int point, number; };
@@ -134,8 +134,8 @@ IntVec join_converted(const Model& m, const IntVec& converted, const IntVec& her
   return list;
 }
 
-// What is here of things with these names, and what of it this rank brings, by the names
-//   out  number   of each among those that the ranks bring, ascending with the names; -1: none brings it
+// Items with these names on this rank, and those that it writes, sorted by name
+//   out  number   global number of each, ascending with the names; -1: no rank writes it
 ArchivePart named_part(const std::vector<long>& name, const std::vector<char>& brings, IntVec& number)
 {
   ArchivePart part;
@@ -151,12 +151,12 @@ ArchivePart named_part(const std::vector<long>& name, const std::vector<char>& b
   return part;
 }
 
-// faces of general contact, and what bonds say of them
+// faces of general contact, and their indices in bonds
 //   in   p   points of this rank
-ArchivePart bring_faces(const MeshPart& mesh, const Points& p, Bonds& b)
+ArchivePart faces_for_file(const MeshPart& mesh, const Points& p, Bonds& b)
 {
   std::vector<char> brings;
-  for (const SkinFace& f : b.contact.skin) brings.push_back(brings_face(mesh, p, f));
+  for (const SkinFace& f : b.contact.skin) brings.push_back(writes_face(mesh, p, f));
   IntVec number;
   const ArchivePart part = named_part(skin_names(p.part.point, b.contact.skin), brings, number);
   for (SkinFace& f : b.contact.skin)
@@ -167,8 +167,8 @@ ArchivePart bring_faces(const MeshPart& mesh, const Points& p, Bonds& b)
   return part;
 }
 
-// bonds; of those of all ranks the ones of the deck come first
-ArchivePart bring_bonds(Bonds& b)
+// bonds; those of the deck precede all others
+ArchivePart bonds_for_file(Bonds& b)
 {
   std::vector<char> brings;
   for (int rank : b.rank) brings.push_back(rank == comm_rank());
@@ -181,7 +181,7 @@ ArchivePart bring_bonds(Bonds& b)
   return part;
 }
 
-// what the bonds of a part tie
+// the items of the bonds
 ArchivePart side_part(const ArchivePart& bonds, const ListTable& a)
 {
   ArchivePart part = bonds;
@@ -191,8 +191,8 @@ ArchivePart side_part(const ArchivePart& bonds, const ListTable& a)
   return part;
 }
 
-// points and corners that this rank brings, and what else says something of them
-void bring_points(const Model& m, const IntVec& here, const WindowState& kept, bool laid, State& s)
+// points and corners that this rank writes, with their arrays outside Points
+void points_for_file(const Model& m, const IntVec& here, const WindowState& kept, bool laid, State& s)
 {
   const int dim = m.dim, me = comm_rank();
   const Points& p = kept.points;
@@ -216,7 +216,7 @@ void bring_points(const Model& m, const IntVec& here, const WindowState& kept, b
   join_released(kept, points, s.frac);
 }
 
-// points and corners, and what else says something of them
+// exchanges points and corners, and their arrays outside Points
 void swap_points(WindowState& kept, State& s)
 {
   std::swap(kept.points, s.points);
@@ -243,7 +243,7 @@ void state_swap(WindowState& kept, State& s)
   if (kept.in_parts) swap_points(kept, s);
 }
 
-void state_bring(const Model& m, WindowState& kept, State& s, std::vector<ArchivePart>& part)
+void state_for_file(const Model& m, WindowState& kept, State& s, std::vector<ArchivePart>& part)
 {
   IntVec here;                 // elements of converted
   for (int number : s.frac.converted) here.push_back(m.part.elem_here(number));
@@ -254,19 +254,19 @@ void state_bring(const Model& m, WindowState& kept, State& s, std::vector<Archiv
   kept.skin     = b.contact.skin;
   kept.skin_of  = b.contact.skin_of;
   kept.met      = b.contact.met;
-  part[PER_BOND] = bring_bonds(b);
+  part[PER_BOND] = bonds_for_file(b);
   part[PER_SIDE] = side_part(part[PER_BOND], b.a);
-  part[PER_SKIN] = bring_faces(m.part, s.points, b);
+  part[PER_SKIN] = faces_for_file(m.part, s.points, b);
   if (!kept.in_parts) return;
   const bool laid = comm_allreduce_max(static_cast<int>(!s.laid.uc.empty()));
   swap_points(kept, s);
-  bring_points(m, here, kept, laid, s);
+  points_for_file(m, here, kept, laid, s);
 }
 
 void state_read_outline(Archive& f, Points& x)
 {
   ArchivePart &points = f.part[PER_POINT], &conn = f.part[PER_CONN];
-  IntVec first;                // place of the first corner of each point that is here
+  IntVec first;                // index of the first corner of each point on this rank
   long items = 0;
   std::size_t next = 0;
   x = Points();
@@ -304,7 +304,7 @@ void state_read_outline(Archive& f, Points& x)
 
 void state_find_corners(Archive& f, State& s)
 {
-  if (f.part[PER_CONN].whole == 0) return;           // points are as at the start
+  if (f.part[PER_CONN].whole == 0) return;           // points as at the start
   Points& x    = s.points;
   Fracture& fr = s.frac;
   const auto in = [](const IntVec& list, int n) {
@@ -359,7 +359,7 @@ void state_read_bonds(Archive& f, const Points& p, Bonds& x)
     skin.item.push_back(i);
     x.contact.skin.push_back(face);
   });
-  bool here = true;            // all that the bond ties
+  bool here = true;            // all items of the bond are on this rank
   IntVec list;
   long items = 0;
   archive_each<int>(f, [&](int, int number) {

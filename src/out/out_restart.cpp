@@ -227,7 +227,7 @@ void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, W
   ActiveGrid cells = cells_of_all(m, grid);
   WindowState kept;
   if (m.part.on) {
-    state_bring(m, kept, s, part);
+    state_for_file(m, kept, s, part);
     find_parts(m, s.points, part);
     f.part = part.data();
   }
@@ -355,7 +355,7 @@ bool read_whole(const Model& m, const Points& begin, Archive& f, Read read)
     part[PER_POINT].takes = [&](int point, int parent) {
       if (parent < 0) return begin.point_here(point) >= 0;
       const int e = m.part.elem_here(parent);
-      return e >= 0 && m.part.knows_points(e);
+      return e >= 0 && m.part.stores_points(e);
     };
   read();
   if (f.file) std::fclose(f.file);

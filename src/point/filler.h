@@ -79,7 +79,7 @@ int fill_plan(const Model& m, FillPlan& plan);
 
 // fill_plan_halo : adds the domains of these points of other ranks, and the domains that share a corner with
 // them, received from their owners. Collective.
-void fill_plan_halo(const std::vector<PointHome>& point, int dim, FillPlan& plan);
+void fill_plan_halo(const std::vector<OriginalPoint>& point, int dim, FillPlan& plan);
 
 // fill_plan_begin : marks the corners of the plan that this rank will create; none is created yet
 void fill_plan_begin(const Filler& f, FillPlan& plan);

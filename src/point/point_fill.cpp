@@ -444,7 +444,7 @@ int point_fill(const Model& m, Points& pts)
   errors = comm_allreduce_max(errors);
   if (errors) return errors;
   fill_plan_halo(m.part.near_point, m.dim, plan);
-  for (const PointHome& p : m.part.near_point) known.push_back(p.point);
+  for (const OriginalPoint& p : m.part.near_point) known.push_back(p.point);
   add_bonded_points(m, pts, known);
   if (comm_allreduce_max(static_cast<int>(!known.empty()))) {
     fill_bodies(m, &plan, known, pts);

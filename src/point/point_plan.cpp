@@ -213,11 +213,11 @@ int fill_plan(const Model& m, FillPlan& plan)
   return 0;
 }
 
-void fill_plan_halo(const std::vector<PointHome>& point, int dim, FillPlan& plan)
+void fill_plan_halo(const std::vector<OriginalPoint>& point, int dim, FillPlan& plan)
 {
   if (plan.domain.empty()) return;       // on all ranks
   std::vector<IntVec> request(comm_size());
-  for (const PointHome& p : point) request[p.rank].push_back(p.point);
+  for (const OriginalPoint& p : point) request[p.rank].push_back(p.point);
   std::vector<DomainMessage> send;
   for (const IntVec& requested : comm_exchange(request))
     send.push_back(domains_around(requested, dim, plan));

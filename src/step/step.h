@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// step.h : Newton, static and dynamic increments, cuts, commit, ledger (doc/theory.md 6)
+// step.h : increments, Newton's method, explicit steps, cuts, ledger, repartitioning (doc/theory.md 6)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_STEP_STEP_H
 #define MPFE_STEP_STEP_H
@@ -10,31 +10,30 @@
 #include "assem/assem.h"
 #include "out/out.h"
 
-// The tangent in DofPattern::A and what it was made for
+// The tangent in DofPattern::A and the data it was formed with
 struct ReusedTangent {
-  bool on = false;             // nothing else can change it: no NLGEOM, contact or fracture
+  bool on = false;             // reusable: no NLGEOM, contact or fracture
   long pattern = 0;
   double cM = 0.0, cC = 0.0;
   KernelMode mode;
   IntVec fixed;
-  RealVec diag, whole;         // [neq] diagonal before prescribed dofs went, before equations were put in
-  // iterations that found their tangent there; that took the one before, which is near
+  RealVec diag, whole;         // [neq] diagonal before prescribed dofs, and before equations
+  // iterations that reused the same tangent, and that of the iteration before
   long same = 0, near = 0;
 };
 
-// Is the tangent of statics known to be regular, from the supports alone? As it was when pattern and supports
-// were these
+// Is the static tangent known to be regular from the supports alone, for this pattern and these supports?
 struct KnownRegular {
   bool good = false;
   long pattern = -1;
   IntVec fixed;
 };
 
-// Projected velocity at the end of the last increment, of the rows of the grid and, where points follow
-// nodes, of those of nodes: where the projection of the next one begins, or what it gives  (3.14), (3.19)
+// Velocity at the end of the last increment, of the grid rows and, where points follow nodes, of the node
+// rows: initial guess or result of the next projection                                    (3.14), (3.19)
 struct GridVelocity {
   long pattern = -1, made = -1;  // DofPattern::number, ActiveGrid::made
-  int increment = 0;           // StepLog::inc_total at that end
+  int increment = 0;           // StepLog::inc_total at the end of that increment
   int first = 0;               // the first of these rows
   std::vector<long> key;       // row_key of the rows of the grid, descending
   RealVec v;                   // [rows*dim]
@@ -42,121 +41,121 @@ struct GridVelocity {
   IntVec fixed;                // [rows*dim] DofKind
 };
 
-// What Newton's method keeps from one increment to the next; results do not depend on it, but for rounding
+// Data of Newton's method reused in the next increment; they change results by round-off only
 struct NewtonMemory {
   Solver solver;
-  RealVec gain;                // [iteration] residual after and before each iteration of the last increment
+  RealVec gain;                // [iteration] ratio of the residuals after and before, last increment
   ReusedTangent tangent;
   KnownRegular regular;
   GridVelocity grid;
 };
 
-// What a divided model is asked before it is divided again
+// Data for the next repartitioning of a divided model
 struct NextDivision {
-  bool stays = false;          // it cannot be divided again
-  long lists = 0;              // ContactScene::built when it was asked last who is near
-  std::vector<NearFace> faces; // of this rank, where others come near that are not known
+  bool stays = false;          // the model cannot be repartitioned
+  long lists = 0;              // ContactScene::built at the last check of the near faces
+  std::vector<NearFace> faces; // faces of this rank with near faces missing on this rank
 };
 
-// When an explicit step has searched for contact, and how things lay then; size: of the smallest face
+// Last contact search of an explicit step, with the displacements then; size: of the smallest face
 struct ContactFound {
   int step = -1, bonds = 0, changes = 0;
   RealVec u, uc;               // [nnode*dim], [ncorner*dim]
   double size = 0.0, time = 0.0;
 };
 
-// What an explicit step keeps; a run that goes on from a restart file has none of it, and so has the one that
-// wrote it (forget_grid)
+// Data of explicit steps between increments. They are not in the restart file; after writing it the run
+// discards them too (discard_grid)
 struct StableIncrement {
   ContactFound found;
-  double crossing = 0.0;       // time in which a wave crosses the smallest element at rest; 0: not known
-  // [nnode + ncorner] work space: stiffness of contact over mass, of nodes and corners       1/time^2; mass
+  double crossing = 0.0;       // wave transit time of the smallest element at rest; 0: unknown
+  // [nnode + ncorner] work space: contact stiffness over mass (1/time^2), and mass
   RealVec push, mass;
-  // forces of contact at t(n) before it was searched for anew, in parts [(nnode + ncorner)*dim]; empty: kept
+  // [(nnode + ncorner)*dim] contact forces at t(n) before the search, not summed over ranks; empty: none
   RealVec before;
-  // loads at the end of the increment before, for these rows; step, increment: when
+  // loads at the end of increment inc of step, for these rows
   RealVec fext;
   long pattern = -1, made = -1;          // DofPattern::number, ActiveGrid::made
   int step = 0, inc = 0;
-  RealVec spare, fint, du, R;  // their memory alone
-  // Discretisation::follow is that of so many converted elements and released points
+  RealVec spare, fint, du, R;  // reused for their memory only
+  // numbers of converted elements and released points that Discretisation::follow was made with
   std::array<size_t, 2> followed{{0, 0}};
 };
 
-// work has become uneven; faces of general contact have come near that are not known
-enum Again { AGAIN_NOT, AGAIN_WORK, AGAIN_NEAR };
+// reason of a repartitioning: uneven work; near contact faces missing on a rank
+enum Again { AGAIN_NOT, AGAIN_WORK, AGAIN_FACES };
 
-// Everything a run holds
+// All data of a run
 struct Problem {
   Problem(Model& model, State& state) : m(model), piece(model), st(state) {}
   const Model& m;
-  Model& piece;                // the same: of a divided model, which gets elements of others (step_fracture)
+  Model& piece;                // the same, writable: a divided model receives elements (step_fracture)
   State& st;
   Discretisation d;
   Dofs dofs;
-  bool ready = false;          // grid, rows, pattern and mass are those of t(n)
+  bool ready = false;          // grid, rows, pattern and mass belong to t(n)
   NewtonMemory newton;
   Warned warned;
-  size_t warned_all = 0;       // several ranks: how many of these all know
+  size_t warned_all = 0;       // several ranks: number of entries of warned that all ranks have
   NextDivision next;
   StableIncrement stable;      // explicit steps
-  Again again = AGAIN_NOT;     // why step_run has stopped for another division
+  Again again = AGAIN_NOT;     // reason to repartition when step_run returns
 };
 
-// What Newton's method is told of the material, by step_increment
+// Properties of the material for Newton's method, set by step_increment
 struct NewtonControls {
-  bool linear   = false;       // the tangent does not depend on du: it may be reused
-  bool breaks   = false;       // material may break: it then kinks the residual, and has next to no stiffness
-  bool rubs     = false;       // material with friction: the matrix is but the symmetric part of the tangent
+  bool linear   = false;       // the tangent does not depend on du and may be reused
+  bool breaks   = false;       // broken material: kinks in the residual, hardly any stiffness
+  bool unsymmetric_flow = false;         // non-associated flow: the matrix is symmetrised
   bool slips    = false;       // statics with friction in contact: the tangent may be unsymmetric   (6.23)
-  bool opens    = false;       // statics: cracks open against a cohesion: the tangent may be indefinite
+  bool opens    = false;       // statics with cohesive cracks: the tangent may be indefinite
   bool singular = false;       // statics with broken material: the tangent is nearly singular
   int max_iter  = 0;
-  int patience  = 0;           // iterations without a smaller residual before corrections are searched  (6.6)
+  int patience  = 0;           // iterations without a smaller residual before the line search starts  (6.6)
 };
 
-// *STATIC, RIKS: what opens by how much in an increment, and the loads that follow        (6.39)
+// *STATIC, RIKS: an element whose extension is prescribed                                 (6.39)
 struct ArcElement {
   int e = -1;
-  std::array<double, 3> N{{0, 0, 0}};        // the axis along which it opens
-  double width = 0.0;                        // along it
+  std::array<double, 3> N{{0, 0, 0}};        // crack normal
+  double width = 0.0;                        // size of the element along N
   bool cracked = false;
-  double most  = 0.0;                        // by which it may extend in an increment of dt of the deck
+  double max_extension = 0.0;                // in an increment of dt of the deck
 };
 struct Arc {
   bool on = false;
-  std::vector<ArcElement> element;           // of this rank, whose extensions are prescribed
-  bool any = false;                          // on any rank; else the loads grow by dt
-  bool cracked = false;                      // one of them has a crack
-  double from = 0.0, at = 0.0;               // time of the step whose loads act: at t(n), now
-  double length = 0.0;                       // sum of the extensions over the increment
-  bool last     = false;                     // length is that of the set, to its displacement at the end
-  RealVec load, support;                     // [neq] external force, displacement over time of the loads
+  std::vector<ArcElement> element;           // elements of this rank with prescribed extension
+  bool any = false;                          // any rank has one; else the loads grow by dt
+  bool cracked = false;                      // one of them is cracked
+  double from = 0.0, at = 0.0;               // load time at t(n), and now
+  double length = 0.0;                       // prescribed sum of extensions over the increment
+  bool last     = false;                     // length is the remaining displacement of the set
+  RealVec load, support;                     // [neq] load and prescribed displacement per load time
 };
 
-// What earlier iterations tell of a tangent that the symmetric matrix does not hold      (6.22)
+// Secants of earlier iterations, for a tangent whose unsymmetric part is not in the matrix      (6.22)
 struct Secants {
   std::vector<RealVec> du, dx;         // differences between iterations
-  RealVec last_du, last_dx;            // [neq] the last iterate, and what the matrix made of it
+  RealVec last_du, last_dx;            // [neq] last iterate, and its correction by the matrix
 };
 
-// step_product : product of two corrections in the norm of the positive part of diag              [neq]
-// Several ranks: diag is zero in rows of others (dof_own).
+// step_product : a . diag b with the positive part of diag [neq]; several ranks: diag is zero in rows owned
+// by others (dof_own)
 double step_product(const RealVec& a, const RealVec& b, const RealVec& diag);
 
-// step_secant : the correction dx of the matrix at du becomes that of Anderson's method
+// step_secant : replaces the correction dx at du by that of Anderson's method
 void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx);
 
-// step_slip : (A + E) x = f, where E is what slipping contact adds that is not symmetric              (6.23)
-//   in   eta    what may be left of f;   out  left  what is left, a part of f
+// step_slip : solves (A + E) x = f, where E is the unsymmetric part of slipping contact               (6.23)
+//   in   eta    tolerance of the residual, relative to f;   out  left  relative residual
 struct SlipSystem {
-  RealVec weight;              // [neq] of forces in their norm; several ranks: zero in rows of others
+  RealVec weight;              // [neq] inverse diagonal; several ranks: zero in rows owned by others
   std::function<void(const RealVec& x, RealVec& y)> multiply;              // y = (A + E) x
-  std::function<Status(const RealVec& v, RealVec& z)> precondition;        // z, nearly A^-1 v
+  std::function<Status(const RealVec& v, RealVec& z)> precondition;        // z, approximately A^-1 v
 };
 Status step_slip(const SlipSystem& system, const RealVec& f, double eta, RealVec& x, double& left);
 
-// What one attempt of an increment needs to know                                   (6.1)
+// Data of one attempt of an increment                                              (6.1)
 //   residual  R = fint + cM M du + cC C du - g - fext
 struct Attempt {
   const Step& step;
@@ -166,134 +165,133 @@ struct Attempt {
   LoadTime load;               // t1, or the middle
   NewtonControls newton;
   double cM = 0.0, cC = 0.0;
-  RealVec g{};                   // [neq] inertia and damping that do not depend on du
+  RealVec g{};                   // [neq] part of inertia and damping independent of du
   RealVec momentum{};            // [neq] M v of nodes, sum m S v of points
-  // [neq] velocity at t(n) of nodes, and of the grid by projection; of nodes too where points follow them
+  // [neq] velocity at t(n): of nodes; projected for the grid, and for nodes that points follow
   RealVec vgrid{};
   RealVec agrid{};             // [neq] acceleration of the grid at t(n), rows of the grid (Newmark)
-  RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
-  RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters
+  RealVec fint0{}, fext0{};        // [neq] at t(n) with the weights of this step (statics, Newmark)
+  RealVec fint{}, fext{}, R{};       // [neq] at the solution; R: forces of equations moved to masters
   RealVec du{};                  // [neq]
   RealVec acc{};               // explicit: acceleration at t(n+1) [neq]
-  double work = 0.0;             // with plain: of loads and supports over the increment
-  RealVec* energy = nullptr;     // explicit: [nelem] of intact elements at t(n+1), where a test needs them
-  bool plain = false;            // explicit, nodes alone, no dampers: st.np1 has velocities and accelerations
+  double work = 0.0;             // plain: work of loads and supports over the increment
+  RealVec* energy = nullptr;     // explicit: [nelem] energy of intact elements, if fracture is tested
+  bool plain = false;            // explicit, no grid, no dampers: v and a are written to st.np1
   BulkStep bulk{};               // explicit: bulk viscosity
   Jumps jumps{};               // of du
-  RealVec guess{};               // [neq] statics: where Newton's method begins, when it does not at rest
-  bool guesses = false;          // it does so; a rank may have no rows
+  RealVec guess{};               // [neq] statics: initial guess of du
+  bool guesses = false;          // there is a guess; a rank may have no rows
   Arc arc{};
 };
 
 // step_open : state at t = 0: points, bonds, elements, initial velocities. Returns the number of errors.
 int step_open(Problem& p);
 
-// step_supports : in motion dofs that step k, which begins at time, prescribes, and the step before did not,
-// have the velocity of their support at once: a jump in the first increment would make or lose the energy of
-// their mass. True: v was another. Collective.
+// step_supports : dynamics: dofs first prescribed in step k, which starts at time, get the velocity of their
+// support at once. A jump within the first increment would change the energy by that of their mass.
+// True: a velocity in v changed. Collective.
 // Tests: A6 (stress/velocity_on_support.inp, stress/support_begins.inp)
 bool step_supports(const Model& m, int k, double time, RealVec& v);
 
-// step_prepare : active grid, rows, pattern, mass of the coming step (once for all attempts)
+// step_prepare : active grid, rows, pattern and mass of the next increment, once for all attempts
 Failure step_prepare(Problem& p, const Step& s);
 
-// ---- the clock of a step (step_clock.cpp): nominal increments, cuts, and times that must be hit
-// clock_stops : times of the step of field checks and of conversions: automatic increments end on them
+// ---- the clock of a step (step_clock.cpp): nominal increments, cuts, and times to be hit
+// clock_stops : step times of field checks and conversions, at which automatic increments end
 std::vector<double> clock_stops(const Model& m, const Step& s, double start);
 
 // clock_next : length of the next attempt
 double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops);
 
-// clock_accept : an increment of this length was good; automatic increments choose the next length by its
-// iterations, and by half, the half-increment residual over its limit (0: not asked for)
+// clock_accept : advances the clock by a converged increment. Automatic increments choose the next length by
+// the iterations, and by half, the half-increment residual over its limit (0: not requested)
 void clock_accept(const Step& s, double used, int iterations, double half, StepClock& c);
 
 // The half-increment residual in the attempts of one increment                              (6.24), (6.25)
 struct HalfWatch {
-  bool on = false;             // it is asked for
-  double residual = 0.0, limit = 0.0;        // of this attempt: largest entry, and what it may be     force
-  double force = 0.0;          // of inertia at its ends: largest entry
-  double before = 0.0, dt_before = 0.0;      // residual and length of the attempt before; 0: the first
-  int kept = 0;                // cuts in a row that hardly changed the residual
+  bool on = false;             // requested
+  double residual = 0.0, limit = 0.0;        // of this attempt: largest entry, and its limit            force
+  double force = 0.0;          // largest inertia force at its ends
+  double before = 0.0, dt_before = 0.0;      // of the attempt before: residual, length; 0: none
+  int kept = 0;                // cuts in a row that hardly reduced the residual
   double shorter = 0.0;        // length of the next attempt
-  bool jumps = false;          // accepted above the limit: the force jumps
-  bool least = false;          // accepted above the limit: it may not be cut any more
+  bool jumps = false;          // accepted above the limit: jump of the force
+  bool least = false;          // accepted above the limit: no further cut allowed
 };
 
-// step_half : residual, force and limit of the converged attempt a; st.np1 is as it was afterwards
+// step_half : residual, force and limit of the converged attempt a; st.np1 is restored
 Failure step_half(Problem& p, const Attempt& a, HalfWatch& w);
 
-// half_judge : HALF_RESIDUAL when a shorter attempt is asked for; cuts: of this increment so far
+// half_judge : HALF_RESIDUAL when a shorter attempt is required; cuts: number of cuts of this increment
 Failure half_judge(const Step& s, double dt, int cuts, HalfWatch& w);
 
-// step_increment : one attempt from t(n) over dt; st.np1 holds the result. Never touches st.n.
+// step_increment : one attempt from t(n) over dt; result in st.np1. Never changes st.n.
 //   out  energy   with fracture: strain energy of intact elements at t(n+1), of this rank  [nelem]
-//   inout half    not null and on: HALF_RESIDUAL ends attempts that are too long
+//   inout half    not null and on: HALF_RESIDUAL rejects attempts that are too long
 Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy,
                        HalfWatch* half = nullptr);
 
 // The linear system of a Newton iteration                                          (6.2)
 struct LinearSystem {
   RealVec f, dx;               // [neq] right-hand side, correction
-  RealVec diag;                // [neq] diagonal of A before prescribed dofs went
-  RealVec whole;               // [neq] diagonal before equations were put in; without equations: empty
-  double residual = 0.0, energy = 0.0;   // the largest norm of R and sqrt(f dx) so far, the scale of accuracy
+  RealVec diag;                // [neq] diagonal of A before prescribed dofs
+  RealVec whole;               // [neq] diagonal before equations; without equations: empty
+  double residual = 0.0, energy = 0.0;   // largest norm of R and sqrt(f dx) so far, scales of accuracy
   double own_energy = 0.0;     // f dx of this rank
-  RealVec g, along;            // [neq] RIKS: right-hand side of a unit of time of the loads, its correction
+  RealVec g, along;            // [neq] RIKS: right-hand side per load time, and its correction
 };
 
-// step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections put in; A stays when
-// the scene is linear, or when the tangent of the iteration before is near enough for the last one (8.11)
-//   in   residual, accepted   norm of R, and that which ends the iteration
+// step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections inserted; A is
+// reused in linear models, and in the last iteration when it is accurate enough (8.11)
+//   in   residual, accepted   norm of R, and its tolerance
 void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R,
                   const RealVec& pending, LinearSystem& l);
 
-// step_solve : dx of iteration it, as exactly as Newton's method can use it (8.6)
-//   in   residual, accepted   norm of R, and that which ends the iteration
+// step_solve : dx of iteration it, as accurate as Newton's method needs (8.6)
+//   in   residual, accepted   norm of R, and its tolerance
 Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
                    const RealVec& pending, LinearSystem& l);
 
-// step_solve_arc : l.along, with the factors of step_solve
+// step_solve_arc : solves for l.along with the factorisation of step_solve
 Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, double accepted,
                        LinearSystem& l);
 
-// step_supports_fix : do the supports fix every part of bodies of solid elements in space? false: not known.
-// Parts are elements that share faces; their supports must take all six rigid motions. Then a matrix of
-// statics is known to be regular without being factorised.
+// step_supports_fix : do the supports restrain all six rigid motions of every part of solid elements in
+// space? Elements that share faces form a part. True: the static matrix is known to be regular without
+// factorisation; false: not known
 bool step_supports_fix(const Model& m, const Elements& el, const Dofs& dofs);
 
-// step_free_motion : the rigid motions that the supports leave to the part of elements of this node, in
-// words; empty: none
+// step_free_motion : text of the free rigid motions of the part with this node; empty: none
 std::string step_free_motion(const Model& m, const Elements& el, const Dofs& dofs, int node);
 
-// step_memory : bytes of what lives through the run
+// step_memory : bytes of the data kept during the run
 void step_memory(const Problem& p, std::vector<MemoryUse>& out);
 
-// step_solved_well : was the correction exact enough for the last one?
+// step_solved_well : was the correction accurate enough for the last iteration?
 bool step_solved_well(const Solver& solver, const LinearSystem& l);
 
-// step_gain : iteration it has changed the norm of R by this factor
+// step_gain : stores the ratio of the residuals of iteration it
 void step_gain(NewtonMemory& memory, int it, double gain);
 
-// step_flow_lopsided : does a material flow with friction that is not its dilation? Its tangent is lopsided
-bool step_flow_lopsided(const Model& m);
+// step_flow_unsymmetric : is the plastic flow of a material non-associated, its tangent unsymmetric?
+bool step_flow_unsymmetric(const Model& m);
 
-// step_mode : what the kernel is told of the scheme: S of energy-momentum, or everything at t(n+1)
+// step_mode : data of the scheme for the kernel: S of energy-momentum, or all at t(n+1)
 KernelMode step_mode(const Step& s);
 
-// step_contact_depth : CONTACT_DEPTH when a point has entered its face by more than a quarter of the size in
-// one increment, and may have missed another; or by nearly half, where the search would lose it: the penalty
-// is far too soft then.   l: level n+1
+// step_contact_depth : CONTACT_DEPTH when a contact point penetrated by more than a quarter of the face size
+// in one increment, and may have missed another face; or by nearly half, the limit of the search: the
+// penalty is far too soft then.   l: level n+1
 Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Level& l, int dim);
 
-// step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
+// step_newton : solves R(du) = 0 for the attempt. After a failure with a guess, repeat without it
 Failure step_newton(Problem& p, Attempt& a);
 
-// step_arc_begin : *STATIC, RIKS: what is prescribed in this increment, and how the loads grow
-// step_arc_force : g [neq], what A x of a unit of time of the loads is, A before prescribed dofs went
-// step_arc_advance : time of the loads over the correction dx; along: the correction that a unit of it makes
-// step_arc_load : loads and supports go on by so much
-// step_arc_end : of the increment, in the clock: is the step at its end?
+// step_arc_begin : *STATIC, RIKS: selects the elements with prescribed extension, and the load rates
+// step_arc_force : g [neq], right-hand side per load time, with A before prescribed dofs
+// step_arc_advance : advance of the load time in the correction dx; along: correction per load time
+// step_arc_load : advances loads and supports by a load time
+// step_arc_end : end of the increment, in the clock: is the step at its end?
 Failure step_arc_begin(Problem& p, Attempt& a);
 void step_arc_force(const Dofs& s, const Arc& arc, RealVec& g);
 double step_arc_advance(const Problem& p, Attempt& a, int it, const RealVec& dx, const RealVec& along);
@@ -303,38 +301,39 @@ void step_arc_end(Problem& p, const Attempt& a);
 // step_explicit : the attempt by central differences: du, forces and acceleration at t(n+1) (6.28), (6.29)
 Failure step_explicit(Problem& p, Attempt& a);
 
-// step_stable : explicit: st.clock.dt becomes the length that is stable at t(n), or that of the deck when it
-// is shorter. Collective.                                                     doc/theory.md (6.30) - (6.32)
+// step_stable : explicit: sets st.clock.dt to the stable increment at t(n), or to that of the deck if it is
+// shorter. Collective.                                                         doc/theory.md (6.30) - (6.32)
 Failure step_stable(Problem& p, const Step& s);
 
-// step_keep_momentum : what conjugate gradients have left of M a = f goes to a by the lumped mass, so that
-// the momentum changes by f to rounding
+// step_keep_momentum : distributes the residual of M a = f to a by the lumped mass, so that the change of
+// momentum is f to round-off
 void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc);
 
-// step_accelerations : explicit: of free dofs from their forces f, with dampers over half (dt/2); those of
-// fixed ones stand in acc
+// step_accelerations : explicit: accelerations of free dofs from the forces f, with dampers over half (dt/2);
+// in   acc   those of fixed dofs
 Failure step_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc);
 
-// step_turn_begin : explicit: notes the forces of contact at t(n) before it is searched for anew
-// step_turn : the accelerations of t(n) become those of what contact meets now: the force at both ends of an
-// increment has one direction then, and does the work that contact stores. Collective.            (6.37)
+// step_turn_begin : explicit: stores the contact forces at t(n) before the new contact search
+// step_turn : updates the accelerations at t(n) to the contact found now: the force has one direction at both
+// ends of an increment, and its work is the energy that contact stores. Collective.               (6.37)
 void step_turn_begin(Problem& p, const Step& s);
 Failure step_turn(Problem& p);
 
-// step_corners_shared : do several ranks have corners of the same points?
+// step_corners_shared : are there corners shared by several ranks?
 inline bool step_corners_shared(const Points& pts)
 {
   return (pts.part.on || pts.part.window) && pts.npoint_all() > 0 && pts.part.halo.on();
 }
 
-// step_hold_bulk : explicit: the pressures of the bulk viscosity at t(n) act on in mode
+// step_hold_bulk : explicit: mode with the pressures of the bulk viscosity at t(n)
 void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode);
 
-// step_motion_begin : explicit: velocity and acceleration at t(n) of nodes and grid
+// step_motion_begin : explicit: velocities and accelerations of nodes and grid at t(n)
 Failure step_motion_begin(Problem& p, Attempt& a);
 
-// step_damping : damping force at t(n) of velocities v [neq]: C v, and that of the viscous stress. Writes
-// st.np1. step_damps: is there any?   t_step: time of the step
+// step_damping : damping force at t(n) of velocities v [neq]: C v and that of the viscous stress. Changes
+// st.np1.   t_step: time of the step
+// step_damps: is there any damping?
 Failure step_damping(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f);
 bool step_damps(const Problem& p);
 
@@ -348,24 +347,21 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy);
 // step_residual_at_start : statics: fint - fext at t(n) on the weights of this step, [neq]
 RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a);
 
-// step_settle : statics: energy lost on the way to equilibrium from forces that nothing holds any more, into
-// st.ledger by its cause                                                            (6.15)
-//   in   rf0  [nnode*dim] reactions at t(n);  R0  [neq] residual at t(n)
+// step_settle : statics: adds the energy lost by unbalanced forces at t(n) to st.ledger, by cause    (6.15)
 void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec& R0);
 
-// step_initial_acceleration : a = M^-1 (fext - fint) of the nodes, at the start of a Newmark step and after
-// elements broke
+// step_initial_acceleration : a = M^-1 (fext - fint), at the start of a Newmark step and after fracture
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step);
 
-// step_warn_missed : at the start of a step: warns of loads and supports that fixed increments step over
-//   in   mid   loads are asked for in the middle of an increment
+// step_warn_missed : at the start of a step: warns of peaks of loads and supports between fixed increments
+//   in   mid   loads are taken at the middle of the increment
 void step_warn_missed(const Model& m, const Step& s, double start, bool mid);
 
-// ledger_sums : energies and momenta of the level; energy: strain energy of intact elements [nelem]; work: of
-// this rank, becomes that of all
-// ledger_lost : all that has been dissipated or lost, of known cause
-// ledger_balance : energy of bonds, and what is missing;   ledger_update : both
-// ledger_open : at the start of the run, with what is rounding;   ledger_begin_step : of a step
+// ledger_sums : energies and momenta of the level; energy: strain energy of intact elements [nelem]; work: in
+// of this rank, out of all ranks
+// ledger_lost : sum of all energy dissipated or lost, by known cause
+// ledger_balance : energy of bonds, and the imbalance;   ledger_update : both
+// ledger_open : at the start of the run, with the round-off level;   ledger_begin_step : of a step
 void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                  State& st, double& work, RealVec* energy);
 double ledger_lost(const Ledger& g);
@@ -373,95 +369,93 @@ void ledger_balance(int dim, const Level& l, State& st);
 void ledger_open(const Model& m, const Elements& el, const Dofs& dofs, State& st);
 void ledger_begin_step(Ledger& g);
 
-// ledger_leap : the kinetic energy becomes that of explicit increments of length dt, or that of t(n) (0); the
-// energy at the start of the run becomes another by the same. Collective.                       (6.33)
+// ledger_leap : kinetic energy of explicit increments of length dt, or of the velocities at t(n) (0); changes
+// the energy at the start of the run by the same amount. Collective.                            (6.33)
 void ledger_leap(const Dofs& dofs, double dt, State& st);
 void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                    State& st, RealVec* energy = nullptr);
 
-// What an automatic increment of statics asks of the first break in it                             (7.25)
+// First fracture in an automatic static increment                                                 (7.25)
 struct BreakWatch {
   bool on = false;             // the increment may be cut
-  double value0 = 0.0;         // of first at the start of the increment
-  FirstBreak first;            // what breaks at its end
+  double value0 = 0.0;         // criterion of first at the start of the increment
+  FirstBreak first;            // first element to break, at the end of the increment
 };
 
-// step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to
-// it. Level n is copied (statics, where the grid and contact are found anew), or stays where it is until
-// step_undo_keep, before another one takes its place (motion); points stay where they are until
-// step_undo_points, before they change
+// step_undo_point, step_undo : save and restore the state before an increment, with elements, points and
+// bonds. Level n is copied (statics, where grid and contact are found again), or kept by step_undo_keep
+// before it is overwritten (dynamics). Points are saved by step_undo_points before they change
 struct UndoPoint {
   State state;                 // without levels
-  bool whole = true;           // state is there; explicit steps copy it before it changes
-  bool points = false;         // with points, and share is that of them
-  Level n;                     // a copy, or the one that was kept
+  bool whole = true;           // state is saved; explicit steps save it before it changes
+  bool points = false;         // state has the points, and share belongs to them
+  Level n;                     // the copy, or the level kept
   bool copy = false, kept = false;
   CornerShare share;
 };
 void step_undo_point(State& st, bool copy, UndoPoint& u);
-// explicit: the state is copied by step_undo_state, before it changes
+// explicit: step_undo_state saves the state before it changes
 void step_undo_later(UndoPoint& u);
 void step_undo_state(State& st, UndoPoint& u);
 void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo_keep(State& st, UndoPoint& u);
 void step_undo(Problem& p, UndoPoint& u);
 
-// step_tests : do tests of fracture look at time? Explicit: conversion and release of points wait for them
+// step_tests : is a fracture test due at time? Explicit: conversion and release of points wait for it
 bool step_tests(const Problem& p, const Step& s, double time);
 
-// step_can_undo : is there a way back? Not from points that have changed where they were not copied before
+// step_can_undo : can the state be restored? Not if points changed that were not saved before
 bool step_can_undo(const State& st, const UndoPoint& u);
 
-// step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium
-// follows at the same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
+// step_fracture : fracture, conversion and release at t(n), just converged; statics: equilibrium at the same
+// load, until nothing breaks any more. Not ok: the state is that of a failed attempt.
 // INTERRUPTED: a signal came between two equilibria.
-//   inout before  the state at the start of the increment; it gets the elements that the model gets
-//   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has
+//   inout before  the state before the increment; it receives the elements that the model receives
+//   watch         CRITERION_EXCEEDED: the increment exceeds the load of the first fracture; nothing has
 //                 broken yet
-//   inout energy  of step_increment; that of the last equilibrium
+//   inout energy  as of step_increment; of the last equilibrium
 Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& before, BreakWatch& watch,
                       RealVec& energy, Output& out);
 
-// step_signalled : has a signal come, on any rank? Collective.
+// step_signalled : was a signal received on any rank? Collective.
 bool step_signalled();
 
-// step_warn_compressed : warns when elements or points are compressed below the stretch at which
-// St.Venant-Kirchhoff softens: how many, the worst one, and again whenever twice as many are
+// step_warn_compressed : warns of elements and points compressed below the stretch at which
+// St.Venant-Kirchhoff softens: number and worst one, repeated when the number doubles
 void step_warn_compressed(const Model& m, const Elements& el, const PointLaws& laws, const State& st,
                           const Step& s, Warned& warned);
 
-// step_warn_loose : statics: warns when loads rest on broken material alone: the share that its STIFFNESS
-// carries
+// step_warn_loose : statics: warns of the share of loads carried by the STIFFNESS of broken material alone
 void step_warn_loose(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                      const Step& s, Warned& warned);
 
-// step_divides_again : divided model whose elements break or become points where they are: has its work
-// become so uneven that it is to be divided again? Asked once an increment, before it begins; writes
-// State::work, and shares out new points first. Collective.
+// step_divides_again : does the work of a divided model with fracture or conversion need repartitioning?
+// Called once an increment, before it begins; updates State::work, and first assigns new points to ranks.
+// Collective.
 bool step_divides_again(Problem& p);
 
-// step_knows_near : are all faces here that places of general contact of this rank may meet, until lists of
-// near faces are made anew? Behind step_prepare. Collective.
-bool step_knows_near(Problem& p);
+// step_contact_faces_known : has this rank all faces that its points of general contact may meet until the
+// lists of near faces are rebuilt? Call after step_prepare. Collective.
+bool step_contact_faces_known(Problem& p);
 
-// step_knows_faces : the same for the lists of scene. Collective.
-bool step_knows_faces(Problem& p, const ContactScene& scene);
+// step_scene_faces_known : the same for the lists of a scene. Collective.
+bool step_scene_faces_known(Problem& p, const ContactScene& scene);
 
-// step_divide_by : what the division after p.again goes by. Collective.
+// step_divide_by : data of the repartitioning p.again. Collective.
 DivideBy step_divide_by(const Problem& p);
 
-// step_forget : what step_prepare and Newton's method make again is given back; cells of the grid stay
-void step_forget(Problem& p);
+// step_free_memory : frees the data that step_prepare and Newton's method rebuild; the grid cells stay
+void step_free_memory(Problem& p);
 
-// How a run begins: at t = 0; with a restart file f; after another division, with the file of out_hold, or
-// without one, where that was not possible
+// How a run starts: at t = 0; from a restart file f; after a repartitioning, from the file of out_hold; or,
+// if it was not possible, without a file
 enum RunFrom { RUN_BEGIN, RUN_FILE, RUN_DIVIDED, RUN_ON };
 
-// step_run : all steps of the model, or those that are left; returns an exit code, or, when the model is to
-// be divided again before it goes on (p.again), none
+// step_run : the remaining steps of the model; returns an exit code, or none when the model must be
+// repartitioned first (p.again)
 int step_run(Problem& p, RunFrom from, Archive& f, Output& out);
 
-// step_explain : what failed, where, and what to try
+// step_explain : text of the failure: cause, location, remedy
 std::string step_explain(const Problem& p, const Failure& failure);
 
 #endif

@@ -1,9 +1,8 @@
 // ---------------------------------------------------------------------------
-// step_arc.cpp : *STATIC, RIKS: loads that follow what opens                            doc/theory.md (6.39)
+// step_arc.cpp : *STATIC, RIKS: load control by crack opening                           doc/theory.md (6.39)
 //
-// Where a crack opens against a cohesion the load has a peak, behind which neither load nor displacement need
-// grow. What grows is the extension of the elements that are opening. It is prescribed, as a sum over them,
-// and the time of the loads, from 0 to the period, is an unknown more.
+// After the peak load of a cohesive crack neither load nor displacement need increase. The extension of the
+// opening elements does. Its sum is prescribed, and the load time, from 0 to the period, is an unknown.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -13,19 +12,18 @@
 
 namespace {
 
-// Elements whose share of what they carry is that near to the largest open together. Test: C2
+// Elements whose utilisation differs from the largest by less than this open together. Test: C2
 // (strength/snap.inp)
-const double ALIKE = 1e-6;
-// of the opening at which nothing is left: what an element may open by in an increment of dt of the deck.
-// Test: C2
-const double OPENS_BY = 0.2;
-// of the extension at the strength, by which an element that has no crack yet may pass it: by more, and those
+const double SHARE_TOL = 1e-6;
+// Opening of an element in an increment of dt of the deck, relative to the full opening. Test: C2
+const double OPENING_STEP = 0.2;
+// Excess of an uncracked element over its extension at the strength, relative to it: with more, elements
 // beside it would open as well. Test: C2
-const double PASSES_BY = 0.002;
-// of the largest load: then the loads have fallen away
-const double FALLEN = 0.02;
-// of the displacement of the set at the end: what Newton's method leaves
-const double SET_REACHED = 1e-6;
+const double STRENGTH_EXCESS = 0.002;
+// The step ends at this load, relative to the largest
+const double END_LOAD = 0.02;
+// Tolerance of the displacement of the set at the end, relative to it: error of Newton's method
+const double SET_TOL = 1e-6;
 
 double along(const double* N, const double* x, int dim)
 {
@@ -34,37 +32,37 @@ double along(const double* N, const double* x, int dim)
   return sum;
 }
 
-// the largest share of its points; q: as the point with it has it
+// the largest utilisation of the integration points; q: data of that point
 double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
 {
   const Elements& el = p.d.el;
   const MatLaw law   = elem_law(p.m, el, b, el.slot_of[e], 1.0);
   const bool nlgeom  = p.m.step[p.st.log.step - 1].nlgeom;
-  double most = 0.0, N[3];
+  double largest = 0.0, N[3];
   IpFields at;
   for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
     elem_ip_fields(p.m, el, p.st.n, nlgeom, e, g, at);
     const double* h = history_at(p.st.n.he, el.history, el.gauss_of[e] + g);
     const double share = crack_share(law, at.sig, h, N);
-    if (share <= most) continue;
-    most = share;
+    if (share <= largest) continue;
+    largest = share;
     q.e  = e;
     std::copy_n(N, 3, q.N.begin());
     q.width = crack_width(law.crack, N);
     const double strain = crack_strength(law.crack) / b.law.material->young;
     q.cracked = crack_opening(law, h) > 0.0;
-    q.most    = q.cracked ? OPENS_BY * crack_open(law.crack)
-                          : (std::max(0.0, 1.0 - share) + PASSES_BY) * strain * q.width;
+    q.max_extension    = q.cracked ? OPENING_STEP * crack_open(law.crack)
+                          : (std::max(0.0, 1.0 - share) + STRENGTH_EXCESS) * strain * q.width;
   }
-  return most;
+  return largest;
 }
 
-// what opens first, or is opening, at t(n)
+// elements that open first, or are opening, at t(n)
 void find_openings(const Problem& p, Arc& arc)
 {
   const Elements& el = p.d.el;
   std::vector<std::pair<double, ArcElement>> all;
-  double most = 0.0;
+  double largest = 0.0;
   for (const ElemBlock& b : el.block) {
     if (!b.opens()) continue;
     for (int e : b.elem) {
@@ -73,18 +71,18 @@ void find_openings(const Problem& p, Arc& arc)
       const double share = largest_share(p, b, e, q);
       if (share <= 0.0) continue;
       all.push_back({share, q});
-      most = std::max(most, share);
+      largest = std::max(largest, share);
     }
   }
-  most = dof_largest(p.dofs, most);
-  arc.any = most > 0.0;
+  largest = dof_largest(p.dofs, largest);
+  arc.any = largest > 0.0;
   for (const auto& [share, q] : all)
-    if (share >= (1.0 - ALIKE) * most) arc.element.push_back(q);
+    if (share >= (1.0 - SHARE_TOL) * largest) arc.element.push_back(q);
   const auto cracked = [](const ArcElement& q) { return q.cracked; };
   arc.cracked = !dof_all(p.dofs, std::none_of(arc.element.begin(), arc.element.end(), cracked));
 }
 
-// extension of an element along N: that of the strain that fits the displacements x of its nodes best
+// extension of an element along N, by a least-squares fit of its nodal displacements x
 double extension(const Problem& p, const ArcElement& q, const RealVec& x)
 {
   const Mesh& mesh = p.m.mesh;
@@ -115,7 +113,7 @@ double mean_of_set(const Problem& p, const Step& s, Value value)
   return sum[1] > 0.0 ? sum[0] / sum[1] : 0.0;
 }
 
-// mean displacement of the set in its direction; the same of a correction x
+// mean displacement of the set in its direction; mean of a correction x
 double set_displacement(const Problem& p, const Step& s, const Level& l)
 {
   return mean_of_set(p, s, [&](int n, int) { return l.u[n * p.m.dim + s.arc.direction]; });
@@ -132,29 +130,29 @@ double extensions(const Problem& p, const Arc& arc, const RealVec& x)
   return dof_total(p.dofs, sum);
 }
 
-// time of the loads over the first correction: what opens most opens by a part of its whole opening, and the
-// loads change by no more than dt; forwards is where what opens goes on, or before a crack where the loads
-// grow
+// advance of the load time in the first correction: the largest opening is a part of the full opening, and
+// the loads change by dt at most. Forwards: cracks open further, or without a crack the loads increase
 double first_advance(const Problem& p, const Attempt& a, const RealVec& unit)
 {
   const Arc& arc    = a.arc;
   const double left = a.step.period - arc.from;
   if (!arc.any) return std::min(a.dt, left);
   const double sum = extensions(p, arc, unit), part = std::min(1.0, a.dt / a.step.dt);
-  double most = 0.0;                                 // of what is allowed, per time of the loads
-  for (const ArcElement& q : arc.element) most = std::max(most, std::fabs(extension(p, q, unit)) / q.most);
-  most = dof_largest(p.dofs, most);
-  const double by = std::min(a.dt, most > 0.0 ? part / most : a.dt);
+  double largest = 0.0;                                 // relative to the largest allowed, per load time
+  for (const ArcElement& q : arc.element)
+    largest = std::max(largest, std::fabs(extension(p, q, unit)) / q.max_extension);
+  largest = dof_largest(p.dofs, largest);
+  const double by = std::min(a.dt, largest > 0.0 ? part / largest : a.dt);
   return sum < 0.0 && arc.cracked ? -by : std::min(by, left);
 }
 
-// what is prescribed over the increment, of a correction
+// the prescribed quantity of a correction
 double prescribed_part(const Problem& p, const Attempt& a, const RealVec& x)
 {
   return a.arc.last ? set_correction(p, a.step, x) : extensions(p, a.arc, x);
 }
 
-// would the first correction bring the set to its displacement, or beyond? the increment ends there
+// does the first correction reach the displacement of the set? the increment ends there
 bool ends_at_set(const Problem& p, Attempt& a, double advance, const RealVec& unit)
 {
   const Step& s = a.step;
@@ -231,12 +229,12 @@ void step_arc_end(Problem& p, const Attempt& a)
   c.load      = a.arc.at;
   c.load_most = std::max(c.load_most, c.load);
   const double u = s.arc.nset >= 0 ? set_displacement(p, s, p.st.np1) : 0.0;
-  const bool far = s.arc.nset >= 0 && u * s.arc.end >= (1.0 - SET_REACHED) * s.arc.end * s.arc.end;
-  const bool whole = s.over(c.load), fallen = c.load <= FALLEN * c.load_most;
+  const bool far = s.arc.nset >= 0 && u * s.arc.end >= (1.0 - SET_TOL) * s.arc.end * s.arc.end;
+  const bool whole = s.over(c.load), fallen = c.load <= END_LOAD * c.load_most;
   const bool many  = p.st.log.inc >= s.max_inc;
   c.ended = far || whole || fallen || many;
   if (fallen)
-    log_note("  the step ends: the loads have fallen to %.3g of their whole, from %.3g at the peak",
+    log_note("  the step ends: the loads have fallen to %.3g of their full value, from %.3g at the peak",
              c.load / s.period, c.load_most / s.period);
   else if (far && !whole) log_note("  the step ends: the set has moved by %.6g", u);
   else if (many && !whole) log_note("  the step ends: INC=%d increments, with %.3g of the loads", s.max_inc,

@@ -5,26 +5,25 @@
 
 namespace {
 
-// Automatic increments: two in a row of at most EASY iterations, and the next is longer by GROWS; more than
-// HARD, and it is shorter by SHRINKS. Newton's method that takes 4 iterations has converged quadratically.
+// Automatic increments grow by GROWS after EASY_ONES in a row with EASY iterations at most, and shrink by
+// SHRINKS after more than HARD. Four iterations of Newton's method show quadratic convergence.
 // Test: Clock.TwoEasyIncrementsGrowAndOneHardShrinks (unit)
 const int EASY = 4, EASY_ONES = 2, HARD = 8;
 const double GROWS = 1.5, SHRINKS = 0.75;
 
-// The same in dynamics by the half-increment residual, which falls with the square of the increment: after
-// SMALL_ONES in a row of at most SMALL of the limit each increment grows, until one is larger. Number and
-// factor are those of Abaqus, 0.8 of the limit what a longer increment is expected to have there.
+// Dynamics: the half-increment residual falls with the square of the increment. After SMALL_ONES in a row of
+// SMALL of the limit at most each increment grows, until one is larger. Number and factor are those of
+// Abaqus; 0.8 of the limit is expected of a longer increment.
 // Test: Clock.SmallResidualsGrow (unit)
 const int SMALL_ONES = 3;
 const double GROWS_BY = 1.25, SMALL = 0.8 / (GROWS_BY * GROWS_BY);
 
-// DIRECT: the length of increments that were cut doubles after one that took at most EASY iterations, after
-// two in a row of at most HARD, and at multiples of dt. A hard spot costs few failed tries, and one that is
-// past costs none. whole: a multiple of dt is reached.
+// DIRECT: the length after cuts doubles after an increment of EASY iterations at most, after two in a row of
+// HARD at most, and at multiples of dt (whole). A difficult phase costs few rejected attempts.
 // Test: Clock.CutIncrementsOfDirectGrowBack (unit)
 void grow_back(const Step& s, double used, int iterations, bool whole, StepClock& c)
 {
-  if (!whole && used < c.dt * (1.0 - 1e-9)) return;          // shortened by an output time: shows nothing
+  if (!whole && used < c.dt * (1.0 - 1e-9)) return;          // shortened by an output time
   c.easy = iterations <= EASY ? EASY_ONES : iterations <= HARD ? c.easy + 1 : 0;
   if (!whole && c.easy < EASY_ONES) return;
   c.dt   = std::min(s.dt, 2.0 * c.dt);
@@ -37,7 +36,7 @@ double clock_goal(const Step& s, const StepClock& c)
   return s.direct ? std::min(s.period, static_cast<double>(c.nominal) * s.dt) : s.period;
 }
 
-// the next length after an increment whose half-increment residual is a part of its limit        (6.27)
+// the next length; part: half-increment residual over its limit                                  (6.27)
 void choose_by_half(const Step& s, double used, int iterations, double part, StepClock& c)
 {
   const double ratio = c.dt / used, expected = part * ratio * ratio;      // at the full length
@@ -58,7 +57,7 @@ double clock_next(const Step& s, const StepClock& c, const std::vector<double>& 
     if (stop > c.t + 1e-9 * s.dt && stop < end) end = stop;
   if (c.aim > c.t) return std::min(c.aim, end) - c.t;
   const double left = end - c.t;
-  // the last piece is not left as a sliver
+  // no tiny last increment: halve the rest
   return c.dt >= left * (1.0 - 1e-9) ? left : c.dt > 0.5 * left && c.dt < left ? 0.5 * left : c.dt;
 }
 
@@ -70,7 +69,7 @@ void clock_accept(const Step& s, double used, int iterations, double half, StepC
     c.t = clock_goal(s, c);
     ++c.nominal;
   }
-  if (s.explicit_steps()) return;        // step_stable says how long the next one is
+  if (s.explicit_steps()) return;        // step_stable sets the next length
   if (s.direct) return grow_back(s, used, iterations, whole, c);
   if (s.half_force > 0.0 || s.half_part > 0.0) return choose_by_half(s, used, iterations, half, c);
   c.easy = iterations <= EASY ? c.easy + 1 : 0;

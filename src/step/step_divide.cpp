@@ -8,10 +8,10 @@
 
 namespace {
 
-// increments that may be lost to uneven work before the model is divided again, which costs one or two.
-// Measured: doc/benchmarks.md, "What two ranks lose". MPFE_DIVIDE=1 (tests): sooner, also what the first
-// division has left uneven
-const double LOST = 1.5, LOST_TESTS = 0.25;
+// Increments lost to uneven work before a repartitioning, which costs one or two. Measured:
+// doc/benchmarks.md, "What two ranks lose". MPFE_DIVIDE=1 (tests): sooner, and for the imbalance of the first
+// division too
+const double MAX_LOST = 1.5, MAX_LOST_TESTS = 0.25;
 
 bool sooner()
 {
@@ -19,7 +19,7 @@ bool sooner()
   return text && *text == '1';
 }
 
-// faces of general contact of this rank, as lists of near ones know them
+// faces of general contact of this rank with their near faces
 std::vector<NearFace> faces_here(const Problem& p, const ContactScene& s)
 {
   if (s.skin.empty()) return {};
@@ -50,23 +50,23 @@ bool step_divides_again(Problem& p)
   }
   share.events = events;
   if (share.now > WORK_EVEN * share.excess) share.lost += share.now / share.excess - 1.0;
-  if (share.lost <= (sooner() ? LOST_TESTS : LOST)) return false;
+  if (share.lost <= (sooner() ? MAX_LOST_TESTS : MAX_LOST)) return false;
   log_note("  the model is divided among the ranks again: the largest part was %.2f of the mean",
            share.now);
   return true;
 }
 
-bool step_knows_near(Problem& p)
+bool step_contact_faces_known(Problem& p)
 {
   const ContactScene& scene = p.d.scene;
   if (!p.m.part.window || model_general_contact(p.m) < 0) return true;
   const bool made = scene.built != p.next.lists;
   if (comm_allreduce_max(static_cast<int>(made)) == 0) return true;
   p.next.lists = scene.built;
-  return step_knows_faces(p, scene);
+  return step_scene_faces_known(p, scene);
 }
 
-bool step_knows_faces(Problem& p, const ContactScene& scene)
+bool step_scene_faces_known(Problem& p, const ContactScene& scene)
 {
   if (!p.m.part.window) return true;
   std::vector<NearFace> own = faces_here(p, scene);
@@ -84,7 +84,7 @@ DivideBy step_divide_by(const Problem& p)
   for (int e = 0; e < m.mesh.nelem(); ++e)
     if (part.works(e)) number.push_back(part.elem_number(e));
   const std::vector<IntVec> of_rank = comm_gather(number);
-  if (p.again == AGAIN_NEAR) {
+  if (p.again == AGAIN_FACES) {
     by.rank.resize(comm_rank() == 0 ? part.nelem : 0);
     for (size_t r = 0; r < of_rank.size(); ++r)
       for (int e : of_rank[r]) by.rank[e] = static_cast<int>(r);
@@ -95,9 +95,9 @@ DivideBy step_divide_by(const Problem& p)
     RealVec own, all(comm_rank() == 0 ? part.nelem : 0, 0.0);
     for (int e = 0; e < m.mesh.nelem(); ++e)
       if (part.works(e)) own.push_back(kind[e]);
-    const std::vector<RealVec> told = comm_gather(own);
-    for (size_t r = 0; r < told.size(); ++r)
-      for (size_t k = 0; k < told[r].size(); ++k) all[of_rank[r][k]] = told[r][k];
+    const std::vector<RealVec> received = comm_gather(own);
+    for (size_t r = 0; r < received.size(); ++r)
+      for (size_t k = 0; k < received[r].size(); ++k) all[of_rank[r][k]] = received[r][k];
     kind.swap(all);
   }
   const State& st = p.st;
@@ -111,7 +111,7 @@ DivideBy step_divide_by(const Problem& p)
   return by;
 }
 
-void step_forget(Problem& p)
+void step_free_memory(Problem& p)
 {
   ActiveGrid cells;
   cells.cell.swap(p.d.grid.cell);

@@ -10,8 +10,8 @@
 
 namespace {
 
-const char* SOFTENS_TEXT = ". St.Venant-Kirchhoff softens below a stretch of 0.577: take "
-                           "*HYPERELASTIC, NEO HOOKE for *ELASTIC";
+const char* SOFTENS_TEXT = ". St.Venant-Kirchhoff softens below a stretch of 0.577: use "
+                           "*HYPERELASTIC, NEO HOOKE instead of *ELASTIC";
 
 // smallest principal stretch of the last accepted state, of St.Venant-Kirchhoff material; 1: there is none
 double smallest_stretch(const Model& m, const Elements& el, const State& st)
@@ -41,20 +41,19 @@ double smallest_stretch(const Model& m, const Elements& el, const State& st)
   return least;
 }
 
-// what the pairs of contact hold in a static step that found something free to move: nothing while they are
-// open. Divided model: collective
+// support of a static step by its contact pairs: none while they are open. Divided model: collective
 std::string contact_text(const Model& m, const State& st, const ContactPairs& pairs)
 {
   std::string out;
   if (m.step[st.log.step - 1].proc != PROC_STATIC || st.bonds.nbond_all() == 0) return out;
-  // none where bonds have been made anew since the last attempt
-  const int places = pairs.master.size();
-  const bool known = places == st.bonds.nbond && st.np1.slip.size() == static_cast<size_t>(places) * m.dim;
+  // not known if bonds were rebuilt after the last attempt
+  const int npair = pairs.master.size();
+  const bool known = npair == st.bonds.nbond && st.np1.slip.size() == static_cast<size_t>(npair) * m.dim;
   for (size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& def = m.bond[d];
     if (def.kind != BOND_CONTACT) continue;
     double closed = 0.0, gap[2] = {1e300, 1e300};    // the smallest at the start of the increment, and now
-    for (int b = 0; b < places && known; ++b) {
+    for (int b = 0; b < npair && known; ++b) {
       if (st.bonds.def[b] != static_cast<int>(d) || !pairs.master.count(b)) continue;
       const double now = st.np1.slip[b * m.dim];
       gap[0] = std::min(gap[0], pairs.gap[b]);
@@ -87,18 +86,19 @@ std::string contact_text(const Model& m, const State& st, const ContactPairs& pa
   return out;
 }
 
-// is the element that turned inside out a master of a pair that looks at nodes only? Nodes of the master
-// between them are seen by nobody. Divided model: collective
+// is the inverted element on the master surface of a node-to-surface pair? Master nodes between slave nodes
+// are not searched. Divided model: collective
 std::string unseen_master(const Model& m, const Bonds& bonds, const ContactPairs& pairs, const Failure& f)
 {
   const int none = static_cast<int>(m.bond.size());
   if (f.status != BAD_JACOBIAN || f.at == AT_POINT) return "";
-  IntVec node;                 // of the element, numbers
+  IntVec node;                 // node numbers of the element
   for (int k = 0; f.index >= 0 && k < m.mesh.conn.count(f.index); ++k)
     node.push_back(m.part.node_number(m.mesh.conn.begin(f.index)[k]));
   if (m.part.on) comm_allgatherv(node);
-  const auto is_node = [&](int kin) {
-    return kin < m.mesh.nnode() && std::find(node.begin(), node.end(), m.part.node_number(kin)) != node.end();
+  const auto is_node = [&](int item) {
+    return item < m.mesh.nnode() &&
+           std::find(node.begin(), node.end(), m.part.node_number(item)) != node.end();
   };
   int def = none;
   for (int b = 0; b < bonds.nbond && b < pairs.master.size(); ++b) {
@@ -114,7 +114,7 @@ std::string unseen_master(const Model& m, const Bonds& bonds, const ContactPairs
          "SURFACE, INTERMEDIATE=1, or a second pair with the roles exchanged";
 }
 
-// who has the row of the first zero pivot, and which of its directions it is
+// node and direction of the row of the first zero pivot
 std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, int row, int direction)
 {
   char text[120];
@@ -133,9 +133,8 @@ std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, in
   return text;
 }
 
-// what the solver says, what can move, and the unknown of the first zero pivot in the user's words. A pivot
-// vanishes at any unknown that takes part in the free motion; a rotation shows in a direction that is
-// supported elsewhere.
+// message of the solver, free motion, and the dof of the first zero pivot. The pivot vanishes at any dof that
+// takes part in the free motion; a rotation appears in a direction that is supported elsewhere.
 std::string solver_text(const Problem& p, const std::string& whole, const std::string& contact)
 {
   const Dofs& s = p.dofs;
@@ -170,9 +169,9 @@ std::string outside_text(const Model& m, const State& st, const Failure& f)
            position_text(&xb[b * dim], dim) + ", at t = 0 at " + position_text(&st.bonds.X[3 * b], dim) +
            ")";
   }
-  const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), f.index) -
+  const int index = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), f.index) -
                                      pts.conn.item.begin());
-  const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), place) -
+  const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), index) -
                                  pts.conn.off.begin()) -
                 1;
   double x[3] = {0, 0, 0};
@@ -183,8 +182,7 @@ std::string outside_text(const Model& m, const State& st, const Failure& f)
   return text;
 }
 
-// what helps where broken elements have become one point each, which still move with the grid; empty: there
-// are none
+// advice where broken elements became one point each and still move with the grid; empty: there are none
 std::string single_points(const Model& m, const Fracture& fr)
 {
   const bool single = std::any_of(m.conversion.begin(), m.conversion.end(),
@@ -194,7 +192,7 @@ std::string single_points(const Model& m, const Fracture& fr)
          "POINTS=2";
 }
 
-// the plane of *GRID BOUNDARY that a corner has passed, and by how much; empty: the grid is open there
+// the plane of *GRID BOUNDARY that a corner crossed, and by how much; empty: the grid is open there
 std::string passed_plane(const Model& m, const State& st, const Failure& f)
 {
   if (f.at == AT_BOND) return "";
@@ -203,21 +201,21 @@ std::string passed_plane(const Model& m, const State& st, const Failure& f)
     const double lo = m.grid.lo[i], hi = lo + m.grid.n[i] * m.grid.h[i];
     const double x  = st.points.Xc[f.index * m.dim + i] + st.n.uc[f.index * m.dim + i];
     const double past = std::max(lo - x, x - hi), plane = x < lo ? lo : hi;
-    const bool held = b.first <= i && b.last >= i && std::fabs(b.position - plane) < 1e-6 * m.grid.h[i];
-    if (past <= 0.0 || !held) continue;
+    const bool supported = b.first <= i && b.last >= i && std::fabs(b.position - plane) < 1e-6 * m.grid.h[i];
+    if (past <= 0.0 || !supported) continue;
     char text[500];
     std::snprintf(text, sizeof text,
-                  " passed the plane %c = %g, which *GRID BOUNDARY holds, by %.3g cells: the nodes of the "
-                  "plane are held, but others moved by more than a cell in an increment, or had next to no "
+                  " passed the plane %c = %g, which *GRID BOUNDARY fixes, by %.3g cells: the nodes of the "
+                  "plane are fixed, but others moved by more than a cell in an increment, or had next to no "
                   "material. Use smaller increments, *GRID, KEEP=0, more points (*MATERIAL POINTS, POINTS=), "
-                  "or a held body with *CONTACT instead of the plane",
+                  "or a fixed body with *CONTACT instead of the plane",
                   "xyz"[i], plane, past / m.grid.h[i]);
     return text + single_points(m, st.frac);
   }
   return "";
 }
 
-// box of all that needs the grid, now and at the end of the step with the velocities of now
+// bounding box of bonds and points, now and at the end of the step with the present velocities
 void needed_box(const Model& m, const State& st, double* lo, double* hi)
 {
   const int dim = m.dim;
@@ -251,18 +249,18 @@ void needed_box(const Model& m, const State& st, double* lo, double* hi)
 
 namespace {
 
-// what helps against a contact point b that went too deep: nearly all of it in this increment, or bit by bit
+// advice for the too deep contact point b: fast penetration in this increment, or slow
 std::string deep_advice(const Problem& p, int b)
 {
   const BondDef& d  = p.m.bond[p.st.bonds.def[b]];
   const double now  = p.st.np1.slip[b * p.m.dim], before = p.d.pairs.gap[b];
   const char* const keyword = d.contact.general ? "*CONTACT" : "*CONTACT PAIR";
   char text[256];
-  if (before - now > -0.5 * now) return "it came in within this increment: use smaller increments";
+  if (before - now > -0.5 * now) return "it penetrated within this increment: use smaller increments";
   if (d.penalty > 0.0)
     std::snprintf(text, sizeof text,
                   "the penalty is too soft, which smaller increments do not change: raise it (%s, PENALTY=, "
-                  "or its *SURFACE BEHAVIOR), now %g, or leave it out: that of the program grows with the "
+                  "or its *SURFACE BEHAVIOR), now %g, or omit it: the default penalty increases with the "
                   "depth",
                   keyword, d.penalty);
   else
@@ -273,8 +271,7 @@ std::string deep_advice(const Problem& p, int b)
   return text;
 }
 
-// whole: divided model: what the supports leave free; contact: what pairs hold; master: of an element that
-// turned inside out
+// whole: divided model: free motion; contact: support by pairs; master: of an inverted element
 std::string explain_here(const Problem& p, const Failure& f, const std::string& whole,
                          const std::string& contact, const std::string& master)
 {
@@ -331,7 +328,8 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
     std::snprintf(
         text, sizeof text,
         "no equilibrium found (residual %.3e against %.3e); the smallest stretch is %.3f: St.Venant-"
-        "Kirchhoff softens below 0.577 and carries no more load: take *HYPERELASTIC, NEO HOOKE for *ELASTIC",
+        "Kirchhoff softens below 0.577 and carries no more load: use *HYPERELASTIC, NEO HOOKE "
+        "instead of *ELASTIC",
         p.st.log.residual, p.st.log.scale, stretch);
     return text;
   }
@@ -346,10 +344,10 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
   return fixed_pivots ? single + "; " + solver_text(p, whole, contact) : single;
 }
 
-// does this rank know more of the failure than others?
-bool knows(const Problem& p, const Failure& f)
+// has this rank the location of the failure?
+bool has_location(const Problem& p, const Failure& f)
 {
-  const int equation = p.newton.solver.zero_equation;        // behind those of this rank: of another one
+  const int equation = p.newton.solver.zero_equation;        // larger: of another rank
   if (f.status == SOLVER_SINGULAR || f.status == SOLVER_FAILED)
     return equation >= 0 && equation < p.dofs.rows.neq();
   return f.index >= 0;
@@ -357,7 +355,7 @@ bool knows(const Problem& p, const Failure& f)
 
 }  // namespace
 
-// several ranks: the words of the first rank that knows where it was
+// several ranks: the text of the first rank with the location
 std::string step_explain(const Problem& p, const Failure& f)
 {
   const bool divided = p.m.part.on;
@@ -366,6 +364,7 @@ std::string step_explain(const Problem& p, const Failure& f)
                     master  = unseen_master(p.m, p.st.bonds, p.d.pairs, f),
                     text    = explain_here(p, f, whole, contact, master);
   if (!p.dofs.rows.split) return text;
-  const int ranks = comm_size(), first = ranks - comm_allreduce_max(knows(p, f) ? ranks - comm_rank() : 0);
+  const int ranks = comm_size(),
+            first = ranks - comm_allreduce_max(has_location(p, f) ? ranks - comm_rank() : 0);
   return comm_exchange(std::vector<std::string>(ranks, text))[first == ranks ? 0 : first];
 }

@@ -11,7 +11,7 @@
 
 namespace {
 
-// [nrow][dim*dim] the blocks of the lumped C, of all ranks
+// [nrow][dim*dim] the blocks of the lumped C, summed over ranks
 RealVec damping_blocks(const Dofs& s)
 {
   const int width = s.rows.dim * s.rows.dim;
@@ -23,7 +23,7 @@ RealVec damping_blocks(const Dofs& s)
   return all;
 }
 
-// (M + dt/2 C) a = f in the rows of nodes, both lumped: a number or a small block for each          (6.29)
+// (M + dt/2 C) a = f in the rows of nodes, both lumped: a scalar or a small block for each node     (6.29)
 void node_accelerations(const Dofs& s, double half, const RealVec& f, RealVec& acc)
 {
   const int dim = s.rows.dim;
@@ -62,7 +62,7 @@ Failure step_accelerations(const Problem& p, const RealVec& f, double half, Real
   if (p.d.grid.of_all.nodes == 0 && !s.rows.hung) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const std::vector<char> begun(s.rows.nrow, 1);
-      // rows of the grid begin with the acceleration of t(n)
+      // initial guess of grid rows: acceleration at t(n)
   if (mass_project(s, begun, f, acc) < 0) return MASS_FAILED;
   step_keep_momentum(s, f, acc);
   return STATUS_OK;
@@ -70,7 +70,7 @@ Failure step_accelerations(const Problem& p, const RealVec& f, double half, Real
 
 namespace {
 
-// forces at t(n+1): internal ones, loads, and damping at the velocity of the middle
+// forces at t(n+1): internal forces, loads, and damping at the mid-increment velocity
 Failure form_forces(Problem& p, Attempt& a, RealVec& f)
 {
   const Dofs& s   = p.dofs;
@@ -88,7 +88,7 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
   return STATUS_OK;
 }
 
-// accelerations at t(n+1); nodes of rigid bodies have w x (w x r) besides                      (6.41)
+// accelerations at t(n+1); nodes of rigid bodies also have w x (w x r)                         (6.41)
 Failure turning_accelerations(Problem& p, Attempt& a, const RealVec& f)
 {
   const Dofs& s = p.dofs;
@@ -104,26 +104,26 @@ Failure turning_accelerations(Problem& p, Attempt& a, const RealVec& f)
   return failure;
 }
 
-// Rows whose sum is a smaller part of their diagonal are left out: weights of other signs cancel there
-const double LEAST_SUM = 0.05;
+// Rows with a smaller row sum relative to their diagonal are left out: weights of opposite sign cancel there
+const double MIN_ROW_SUM = 0.05;
 
 }  // namespace
 
-// with r = f - M a the sum of M (r / lumped) over the rows is that of r
+// with r = f - M a the sum of M (r / lumped) over the rows equals that of r
 void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
 {
   RealVec Ma;
   mass_multiply(s, acc, Ma);
   for (int i = 0; i < s.rows.neq(); ++i) {
     const int r = i / s.rows.dim;
-    if (s.bound.fixed[i] != DOF_FREE || s.mass.lumped[r] <= LEAST_SUM * s.mass.M_diag[r]) continue;
+    if (s.bound.fixed[i] != DOF_FREE || s.mass.lumped[r] <= MIN_ROW_SUM * s.mass.M_diag[r]) continue;
     acc[i] += (f[i] - Ma[i]) / s.mass.lumped[r];
   }
 }
 
 namespace {
 
-// the same for nodes alone, in two passes over them: displacement                                 (6.28)
+// displacement of nodes, without grid and dampers                                                 (6.28)
 void leap_nodes(const Dofs& s, const Level& n, Attempt& a)
 {
   const int dim = s.rows.dim;
@@ -198,13 +198,13 @@ Failure step_explicit(Problem& p, Attempt& a)
   RealVec f;
   if (failure.ok()) failure = step_motion_begin(p, a);
   if (!failure.ok()) return failure;
-  // 2. displacement: that of the velocity in the middle of the increment                    (6.28)
+  // 2. displacement, by the mid-increment velocity                                           (6.28)
   for (int i = 0; i < s.rows.neq(); ++i)
     a.du[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.target[i]
         : a.dt * (a.vgrid[i] + 0.5 * a.dt * a.agrid[i]);
   tie_follow(s, true, a.du);
   rigid_leap(p.m, p.st.n.u, s, a.du);
-  // 3. forces there, and the acceleration that they make                                     (6.29)
+  // 3. forces at t(n+1) and the acceleration                                                 (6.29)
   failure = form_forces(p, a, f);
   if (!failure.ok()) return failure;
   a.acc = a.agrid;
@@ -212,7 +212,7 @@ Failure step_explicit(Problem& p, Attempt& a)
     if (s.bound.fixed[i] == DOF_FIXED) a.acc[i] = (s.bound.rate[i] - a.vgrid[i]) / a.dt;
   failure = turning_accelerations(p, a, f);
   if (!failure.ok()) return failure;
-  // 4. reactions, as the residual of an implicit increment has them
+  // 4. reactions: the residual, as in an implicit increment
   if (p.d.grid.of_all.nodes || s.rows.hung) mass_multiply(s, a.acc, a.R);
   else a.R = a.acc;
   const bool lumped = !p.d.grid.of_all.nodes && !s.rows.hung;

@@ -8,13 +8,13 @@
 
 namespace {
 
-// dependent dofs move as their masters do
+// velocities and accelerations of dependent dofs from their masters
 void finish_ties(const Dofs& s, State& st, RealVec& dv)
 {
   const int dim   = s.rows.dim;
   const auto at = [&](int dof) { return s.rows.node_of_row[dof / dim] * dim + dof % dim; };
   const Ties& t      = s.bound.tie;
-  // nodes of bodies that turn have accelerations of their own
+  // accelerations of rotating rigid bodies are already set
   const size_t turns = t.rigid.empty() ? t.dof.size() : t.rigid.front();
   for (size_t k = 0; k < t.dof.size(); ++k)
     for (RealVec* x : {&st.np1.v, &st.np1.a}) {
@@ -42,7 +42,7 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const R
       const double v   = dofs.rows.hung ? a.vgrid[dof] : st.n.v[k],
                    acc = !scheme.acceleration ? 0.0 : dofs.rows.hung ? a.agrid[dof] : st.n.a[k];
       double v1, a1;
-      if (dofs.bound.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
+      if (dofs.bound.fixed[dof] == DOF_FIXED) {           // prescribed motion
         v1 = dofs.bound.rate[dof];
         a1 = (v1 - v) / a.dt;
       } else if (!acc1.empty()) {
@@ -51,7 +51,7 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const R
       } else {
         scheme.node(s, a.dt, du[dof], v, acc, v1, a1);
       }
-      // v is not that of the node, but the change is its change
+      // v is projected; only its change applies to the node
       const bool projected = dofs.rows.hung && !dofs.bound.fixed[dof];
       dv[dof] = v1 - (projected ? v : st.n.v[k]);
       st.np1.v[k] = projected ? st.n.v[k] + dv[dof] : v1;
@@ -60,8 +60,8 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const R
   finish_ties(dofs, st, dv);
 }
 
-// what the ghosts have taken: their spring acts with the whole increment, their mass does not keep its own
-// motion  (3.17)
+// energy dissipated by ghost stabilisation: its spring acts with the whole increment, and its mass has no
+// motion of its own  (3.17)
 double ghost_loss(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, const RealVec& dv)
 {
   const int dim  = dofs.rows.dim;
@@ -84,7 +84,7 @@ void finish_ghosts(const Model& m, const ActiveGrid& grid, const Dofs& dofs, con
   g.ghost += loss;
 }
 
-// what damping has taken: du . C du / dt, and viscous stress              (2.20), (6.21)
+// energy dissipated by damping: du . C du / dt, and by viscous stress     (2.20), (6.21)
 void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, const Attempt& a, State& st)
 {
   if (a.cM == 0.0) return;
@@ -112,7 +112,7 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
   }
 }
 
-// v + dv in the rows of the grid made, for the next projection; explicit: the acceleration as well
+// stores v + dv of the grid rows for the next projection; explicit: the acceleration too
 void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, const RealVec& dv,
                    const RealVec& acc, GridVelocity& after)
 {
@@ -131,8 +131,8 @@ void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, co
 }
 
 // velocities of nodes, corners and grid                                             (6.3), (3.15)
-//   out  dv      change of those of the unknowns [neq]
-//        after   of the grid, for the next projection; null: not asked for
+//   out  dv      change of the velocities [neq]
+//        after   velocity of the grid, for the next projection; null: not needed
 void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv,
                        GridVelocity* after)
 {
@@ -142,7 +142,7 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   if (st.points.npoint_all()) assem_gather_corners(grid, dofs, dv, st.n.vc, st.np1.vc);
 }
 
-// of supports that go on at corners; divided model: a rank knows the dofs of its rows, and all entries
+// reactions of supports transferred to corners; all ranks have all entries
 void corner_reactions(const Model& m, const Dofs& dofs, const RealVec& R, RealVec& rf)
 {
   RealVec force;
@@ -179,7 +179,7 @@ void finish_reactions(const Model& m, const Dofs& dofs, const RealVec& R, State&
   }
 }
 
-// nodes without elements move with the corners that go on for them, for the results
+// results of nodes without elements: the motion of the corners that replace them
 void finish_followers(const IntVec& follow, const Attempt& a, int dim, State& st)
 {
   Level& l = st.np1;
@@ -214,7 +214,7 @@ double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0, con
   return work;
 }
 
-// the same with that of grounds that move, which push through their bonds
+// adds the work of moving grounds through their bonds
 double with_grounds(const Model& m, const State& st, const Attempt& a, double work)
 {
   const int dim  = m.dim;
@@ -237,8 +237,8 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
   return work + sum;
 }
 
-// energy that friction takes at place b: its work less the change of what sticking stores            (4.11)
-// Forces of both ends act where they are not those of the middle
+// energy dissipated by friction at contact point b: its work less the change of the stored stick energy
+// (4.11). The mean of the forces at both ends acts where they are not those of the middle
 double friction_loss(const Attempt& a, int b, int dim, const State& st)
 {
   const double ct = st.bonds.ct[b];
@@ -251,19 +251,19 @@ double friction_loss(const Attempt& a, int b, int dim, const State& st)
   return work - stored;
 }
 
-// divided model: what the places of all ranks did
+// divided model: sums over the contact points of all ranks
 //   inout log [Model::bond], friction, wall [grid_rf]
-void sum_places(std::vector<ContactLog>& log, double& friction, RealVec& wall)
+void sum_contact(std::vector<ContactLog>& log, double& friction, RealVec& wall)
 {
-  RealVec sum = {friction}, most;
+  RealVec sum = {friction}, largest;
   for (const ContactLog& c : log) {
     sum.insert(sum.end(), {c.force, c.area, c.work});
-    most.insert(most.end(), {c.peak, -c.gap});
+    largest.insert(largest.end(), {c.peak, -c.gap});
   }
   sum.insert(sum.end(), wall.begin(), wall.end());
   comm_sum(sum);
-  comm_max(most.data(), static_cast<long>(most.size()));
-  const double *s = sum.data(), *x = most.data();
+  comm_max(largest.data(), static_cast<long>(largest.size()));
+  const double *s = sum.data(), *x = largest.data();
   friction = *s++;
   for (ContactLog& c : log) {
     c.force = *s++;
@@ -275,10 +275,10 @@ void sum_places(std::vector<ContactLog>& log, double& friction, RealVec& wall)
   std::copy_n(s, wall.size(), wall.begin());
 }
 
-// What the places of contact did in this step, those that count on this rank: forces, gaps, closed area, work
-// of friction, each in log [Model::bond]; multipliers, and normals for the output, of all
+// Results of the contact points owned by this rank: forces, gaps, closed area, friction work, in log
+// [Model::bond]; multipliers, and normals for the output, of all points
 //   out  friction, wall [grid_rf]   added to
-void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st,
+void finish_contact_points(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st,
                    std::vector<ContactLog>& log, double& friction, RealVec& wall)
 {
   const int dim = m.dim;
@@ -295,7 +295,7 @@ void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, 
     double f[3], t1[3], slipped, pressure = 0.0, slide = 0.0;
     const double gap = contact_force(m, st.bonds, pairs, b, a.mode, &a.jumps.contact[b * dim],
                                      &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
-    if (st.np1.lambda_n[b] + st.bonds.cn[b] * gap >= 0.0) st.np1.lambda_n[b] = 0.0;     // open: forgotten
+    if (st.np1.lambda_n[b] + st.bonds.cn[b] * gap >= 0.0) st.np1.lambda_n[b] = 0.0;     // open
     for (int i = 0; i < dim; ++i) {
       st.bonds.normal[b * dim + i] = pairs.normal[b * dim + i];
       pressure -= f[i] * pairs.normal[b * dim + i];
@@ -318,15 +318,15 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
   std::vector<ContactLog> log(m.bond.size());
   RealVec wall(st.grid_rf.size(), 0.0);
   double friction = 0.0;
-  finish_places(m, pairs, a, st, log, friction, wall);
-  if (m.part.on) sum_places(log, friction, wall);
+  finish_contact_points(m, pairs, a, st, log, friction, wall);
+  if (m.part.on) sum_contact(log, friction, wall);
   st.ledger.friction += friction;
   for (size_t i = 0; i < wall.size(); ++i) st.grid_rf[i] += wall[i];
   for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work += st.contact[d].work;
   st.contact = log;
 }
 
-// what the bulk viscosity has taken, and its damping ratio for the next increment                (6.35)
+// energy dissipated by the bulk viscosity, and its damping ratio for the next increment          (6.35)
 void finish_bulk(const Attempt& a, State& st)
 {
   double loss = a.bulk.loss;
@@ -355,20 +355,20 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   if (st.points.part.window)
     point_copy_history(m.part, s.pattern.point_rank, st.points, p.d.point_law.history, st.np1);
   // 1. velocities
-  // small systems and REUSE=NO: a continued run repeats every digit
+  // not for small systems and REUSE=NO: a restarted run then repeats every digit
   const bool keeps = ((m.solver.reuse && s.rows.neq_all() >= SMALL_SYSTEM) || leaps) &&
       st.points.npoint_all();
   GridVelocity* const after = keeps ? &p.newton.grid : nullptr;
   if (!after || a.cM == 0.0) p.newton.grid = GridVelocity();
   if (a.cM != 0.0 && !a.plain) finish_velocities(p.d.grid, s, a, st, dv, after);
   point_copy_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});
-  if (m.part.around.on()) {                          // nodes of outer elements
-    std::vector<RealVec*> told{&st.np1.u};
+  if (m.part.around.on()) {                          // nodes of halo elements
+    std::vector<RealVec*> fields{&st.np1.u};
     if (a.cM != 0.0 && (st.bonds.nbond_all() || !m.conversion.empty()))
-      told.insert(told.end(), {&st.np1.v, &st.np1.a});
-    halo_copy_all(m.part.halo, m.dim, told);
+      fields.insert(fields.end(), {&st.np1.v, &st.np1.a});
+    halo_copy_all(m.part.halo, m.dim, fields);
   }
-  // 2. what ghosts and damping have taken                                           (3.17), (6.21)
+  // 2. dissipation of ghosts and damping                                            (3.17), (6.21)
   finish_ghosts(m, p.d.grid, s, a, dv, st.ledger);
   finish_damping(m, p.d, s, a, st);
   // 3. results
@@ -381,7 +381,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   double work = a.plain ? a.work : external_work(s, a, rf0, R0);
   if (a.cM == 0.0) step_settle(p, a, rf0, R0);
   if (p.d.fm.on) st.ledger.fracture += frac_degraded(m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
-  if (leaps) {                 // energies: when they are read (run_step), or those of a test
+  if (leaps) {                 // energies: when they are output (run_step), or for a fracture test
     comm_sum(&work, 1);
     if (a.step.bulk()) finish_bulk(a, st);
   } else {

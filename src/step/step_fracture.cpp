@@ -10,7 +10,7 @@
 
 namespace {
 
-// do points differ in number or bonds from those of the way back?
+// have points been converted or released since the saved state?
 bool points_changed(const State& st, const UndoPoint& u)
 {
   return st.frac.nconverted != u.state.frac.nconverted || st.frac.nreleased != u.state.frac.nreleased;
@@ -18,25 +18,28 @@ bool points_changed(const State& st, const UndoPoint& u)
 
 double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic + g.cohesive; }
 
-// Part of the time in which a wave crosses the smallest element: explicit tests are no nearer, unless the
-// deck says so. Test: X4
-const double OFTEN = 0.5;
+// Interval of explicit fracture tests, relative to the wave transit time of the smallest element, unless the
+// deck gives one. Test: X4
+const double TEST_INTERVAL = 0.5;
 
-// Explicit: elements become points, and points are released, in every so many increments alone: each time
-// grid, masses, bonds and surfaces are made anew. Till then broken elements stay elements. Test: X4
-const int CONVERTS = 4;
+// Explicit: conversion and release of points only every so many increments, since each one rebuilds grid,
+// masses, bonds and surfaces; until then broken elements stay elements. Test: X4
+const int CONVERT_EVERY = 4;
 
-bool converts(const Step& s, const StepLog& log) { return !s.explicit_steps() || log.inc % CONVERTS == 0; }
+bool may_convert(const Step& s, const StepLog& log)
+{
+  return !s.explicit_steps() || log.inc % CONVERT_EVERY == 0;
+}
 
 double test_interval(const Model& m, const Step& s, double crossing)
 {
   double interval = 0.0;
   if (s.proc != PROC_DYNAMIC) return interval;
   for (const FractureDef& f : m.fracture) interval = std::max(interval, f.interval);
-  return interval == 0.0 && s.explicit_steps() ? OFTEN * crossing : interval;
+  return interval == 0.0 && s.explicit_steps() ? TEST_INTERVAL * crossing : interval;
 }
 
-// what breaks now; dynamics: not before the next test is due
+// elements that break now; dynamics: sets the time of the next test
 //   in   crossing   StableIncrement
 void find_erosions(const Model& m, const Discretisation& d, const Step& s, double crossing,
                    const RealVec& energy, State& st, std::vector<Erosion>& erode, FirstBreak& first)
@@ -50,8 +53,8 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, doubl
   frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
 }
 
-// Explicit: elements that break and lose their stress over a time change neither forces nor energies at once;
-// bulk viscosity leaves them
+// Explicit: elements that break and lose their stress over a time do not change forces and energies at once;
+// bulk viscosity does
 bool breaks_smoothly(const Model& m, const Step& s, const std::vector<Erosion>& erode)
 {
   return s.explicit_steps() && !s.bulk() && std::all_of(erode.begin(), erode.end(), [&](const Erosion& e) {
@@ -59,8 +62,7 @@ bool breaks_smoothly(const Model& m, const Step& s, const std::vector<Erosion>& 
          });
 }
 
-// points are released; elements break, and those that are to become points, do. The energy that goes is told
-// apart.
+// releases points, breaks elements and converts those that are due. The released energy is booked separately.
 //   convert   numbers in the mesh of the deck
 Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const IntVec& torn,
               IntVec convert, UndoPoint& u)
@@ -71,7 +73,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   if (s.explicit_steps() && !smooth) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   const double before = all_energy(st.ledger);
   step_undo_state(st, u);
-  // in motion without accelerations nothing fails behind this that a shorter increment would mend
+  // dynamics without accelerations: nothing can fail after this that a shorter increment would mend
   if (s.proc == PROC_STATIC || scheme_of(s).acceleration) step_undo_points(st, p.d.share, u);
   {
     Timer timer(PHASE_FRACTURE);
@@ -84,14 +86,14 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
       released += gain[k];
       st.eroded.push_back({e.number, e.label, e.time, e.value, gain[k], {e.X[0], e.X[1], e.X[2]}});
     }
-    // those that drop their stress at once
-    if (converts(s, st.log)) frac_open(p.m, p.d.fm, st.n, st.frac, convert);
+    // elements that lose their stress at once
+    if (may_convert(s, st.log)) frac_open(p.m, p.d.fm, st.n, st.frac, convert);
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
     if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
     if (!convert.empty() || !torn.empty()) bond_share(p.m, st.points, st.bonds);
   }
   if (!convert.empty() || !torn.empty()) {
-    p.dofs.rows.numbered = false;             // other nodes, or other bonds
+    p.dofs.rows.numbered = false;             // other nodes or bonds
     st.laid         = GridLaid();
   }
   p.ready = false;
@@ -104,12 +106,12 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   return STATUS_OK;
 }
 
-// statics: equilibrium at the same load; what the energy loses on the way belongs to the crack
+// statics: equilibrium at the same load; the energy loss is fracture energy
 Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
 {
   State& st = p.st;
   const Ledger before = st.ledger;
-  if (s.arc.on) {                             // nothing was left in them; the next increment carries the rest
+  if (s.arc.on) {                             // no residual: the next increment finds equilibrium
     ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st, &energy);
     st.ledger.fracture += all_energy(before) - all_energy(st.ledger);
     return STATUS_OK;
@@ -126,7 +128,7 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
   return prepared;
 }
 
-// explicit: the forces have jumped, and with them the velocity of the half step before: the crack's    (6.33)
+// explicit: the kinetic energy of the half step changes with the jump of the forces: fracture energy   (6.33)
 void book_leap(Problem& p, const Step& s)
 {
   Ledger& g = p.st.ledger;
@@ -136,7 +138,7 @@ void book_leap(Problem& p, const Step& s)
   ledger_balance(p.m.dim, p.st.n, p.st);
 }
 
-// CRITERION_EXCEEDED: the load at which the first element breaks lies well inside the increment    (7.25)
+// CRITERION_EXCEEDED: the load of the first fracture lies well inside the increment                (7.25)
 Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, const UndoPoint& before,
                      BreakWatch& w)
 {
@@ -176,22 +178,23 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     }
     convert.clear();
     torn.clear();
-    const bool turns = converts(s, p.st.log);
-    if (turns) frac_due(p.m, p.d.el, p.d.fm, p.st.frac, p.st.n, convert);
+    const bool converts = may_convert(s, p.st.log);
+    if (converts) frac_due(p.m, p.d.el, p.d.fm, p.st.frac, p.st.n, convert);
     if (s.explicit_steps() && !(erode.empty() && convert.empty())) step_undo_state(p.st, before);
-    if (turns) frac_open(p.m, p.d.fm, p.st.n, p.st.frac, convert);
+    if (converts) frac_open(p.m, p.d.fm, p.st.n, p.st.frac, convert);
     frac_when(p.m, s, p.d.el, p.d.fm, p.st.frac, before.n, p.st.n, erode);
     std::stable_sort(erode.begin(), erode.end(),
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
-    if (turns && s.proc == PROC_DYNAMIC) frac_to_release(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
+    if (converts && s.proc == PROC_DYNAMIC)
+      frac_to_release(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
     Failure failure = apply(p, s, erode, torn, convert, before);
     if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
       const bool smooth = convert.empty() && torn.empty() && breaks_smoothly(p.m, s, erode);
       if (!scheme_of(s).acceleration || smooth) return STATUS_OK;
-      p.newton.grid.a.clear();             // forces have jumped
-      // where points follow nodes step_motion_begin asks for all forces
+      p.newton.grid.a.clear();             // the forces have jumped
+      // where points follow nodes, step_motion_begin evaluates all forces
       if (s.explicit_steps() && p.dofs.rows.hung) return STATUS_OK;
       failure = step_initial_acceleration(p, s, t_step);
       if (failure.ok() && s.explicit_steps()) book_leap(p, s);
@@ -201,16 +204,16 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     if (!failure.ok()) return failure;
     out_erosion(p.m, p.st, out);
     out_progress(p.m, p.st, out);
-    if (step_signalled()) return INTERRUPTED;        // a crack that runs may take longer than a queue waits
+    if (step_signalled()) return INTERRUPTED;        // a running crack may exceed the time limit of a queue
   }
 }
 
 namespace {
 
-// all but levels and points
+// saves all but levels and points
 void copy_state(State& st, UndoPoint& u)
 {
-  Level n, np1;                // no copies of these
+  Level n, np1;                // not copied
   Points points;
   std::swap(n, st.n);
   std::swap(np1, st.np1);
@@ -280,7 +283,7 @@ void step_undo(Problem& p, UndoPoint& u)
   else std::swap(n, u.kept ? u.n : p.st.n);
   u.kept = false;
   if (!u.whole) {
-    // nothing has changed but level n
+    // only level n has changed
   } else if (u.points) {
     p.d.share = u.share;
     p.st      = u.state;

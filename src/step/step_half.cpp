@@ -7,61 +7,61 @@
 
 namespace {
 
-// No residual is asked to be smaller than this part of the force that would stop the fastest mass within the
-// increment, nor than this multiple of what Newton's method leaves: free flight has rounding alone.
+// Lower bounds of the limit of the residual: this part of the force that would stop the fastest mass within
+// the increment, and this multiple of the residual of Newton's method. In free flight only round-off remains.
 // Test: HALF (analytic/impact_bar.inp), increments grow in flight
-const double OF_MOMENTUM = 1e-8, OF_NEWTON = 10.0;
+const double MOMENTUM_PART = 1e-8, NEWTON_FACTOR = 10.0;
 
-// A cut aims at the limit with the factor of Abaqus, in quarters of the increment, so that rounding does not
-// change it. Cuts that leave the residual nearly as it was tell of a force that jumps; after KEPT_MOST in a
-// row the increment that holds the jump is short enough.  Test: Half.JumpsEndAfterThreeCuts (unit)
+// A cut aims at the limit with the factor of Abaqus, in quarters of the increment, so that round-off does not
+// change it. Cuts that hardly change the residual indicate a jump of the force; after MAX_JUMP_CUTS in a row
+// the increment with the jump is short enough.  Test: Half.JumpsEndAfterThreeCuts (unit)
 const double CUT = 0.85;
-const int KEPT_MOST = 3;
+const int MAX_JUMP_CUTS = 3;
 
-// Forces of inertia below this part of the largest force do not matter. No test: without it slow motion
-// costs more increments
-const double OF_FORCES = 1e-3;
+// Inertia forces below this part of the largest force are neglected. No test: without it slow motion costs
+// more increments
+const double FORCE_PART = 1e-3;
 
-// Forces at a part of the increment that inertia has to balance
+// Forces within the increment, in balance with inertia
 struct Forces {
   RealVec r;                   // [neq] internal force less loads
-  double typical = 0.0;        // its largest entry at free dofs, or a small part of the largest force
+  double typical = 0.0;        // largest entry at free dofs, or a small part of the largest force
 };
 
 double largest(const Dofs& s, const RealVec& f)
 {
-  double most = 0.0;
-  for (double x : f) most = std::max(most, std::fabs(x));
-  return dof_largest(s, most);
+  double peak = 0.0;
+  for (double x : f) peak = std::max(peak, std::fabs(x));
+  return dof_largest(s, peak);
 }
 
-// largest entry at the dofs that move freely
+// largest entry at free dofs
 double largest_free(const Dofs& s, const RealVec& R)
 {
-  double most = 0.0;
+  double peak = 0.0;
   for (int i = 0; i < s.rows.neq(); ++i)
-    if (!s.bound.fixed[i]) most = std::max(most, std::isfinite(R[i]) ? std::fabs(R[i]) : HUGE_VAL);
-  return dof_largest(s, most);
+    if (!s.bound.fixed[i]) peak = std::max(peak, std::isfinite(R[i]) ? std::fabs(R[i]) : HUGE_VAL);
+  return dof_largest(s, peak);
 }
 
 Forces difference(const Dofs& s, RealVec fint, const RealVec& fext)
 {
   Forces f;
-  f.typical = OF_FORCES * std::max(largest(s, fint), largest(s, fext));
+  f.typical = FORCE_PART * std::max(largest(s, fint), largest(s, fext));
   f.r.swap(fint);
   for (size_t i = 0; i < f.r.size(); ++i) f.r[i] -= fext[i];
   f.typical = std::max(f.typical, largest_free(s, f.r));
   return f;
 }
 
-// Multipliers of bonds and degradation factors go straight from t(n) to those of the end
+// linear interpolation from t(n) to the end: bond multipliers, degradation factors
 void blend(const RealVec& from, const RealVec& to, double part, RealVec& out)
 {
   if (from.size() != to.size()) return;
   for (size_t i = 0; i < to.size(); ++i) out[i] = (1.0 - part) * from[i] + part * to[i];
 }
 
-// forces at this part of the increment, du [neq] from t(n); end: the state that the increment has found
+// forces at a part of the increment, du [neq] from t(n); end: state at the end of the increment
 Failure forces_at(Problem& p, const Attempt& a, const Level& end, double part, const RealVec& du, Forces& f)
 {
   State& st = p.st;
@@ -95,7 +95,7 @@ RealVec velocity_change(const Dofs& s, const Attempt& a)
   return dv;
 }
 
-// displacement from t(n) to the middle, with linear acceleration (6.24); supports have a motion of their own
+// displacement from t(n) to the middle: linear acceleration (6.24), supports as prescribed
 Failure half_motion(Problem& p, const Attempt& a, const RealVec& dv, RealVec& du)
 {
   Dofs& s = p.dofs;
@@ -110,7 +110,7 @@ Failure half_motion(Problem& p, const Attempt& a, const RealVec& dv, RealVec& du
   return failure.ok() ? back : failure;
 }
 
-// forces at t(n) and t(n+1): as Newton's method has them, where it takes those of the end
+// forces at t(n) and t(n+1): those of Newton's method where it evaluates the ends
 Failure forces_at_ends(Problem& p, const Attempt& a, const Level& end, Forces& f0, Forces& f1)
 {
   const bool known = !a.mode.mid && !model_viscous(p.m), at_start = known && !a.fint0.empty();
@@ -150,15 +150,15 @@ Failure half_residual(Problem& p, const Attempt& a, const Level& end, HalfWatch&
   return STATUS_OK;
 }
 
-// The force that residuals are compared with: of this attempt, or the mean over time so far, in which each
-// instant counts as much as its force is large                                                  (6.25)
+// Reference force of the residual: of this attempt, or the mean over time so far, weighted with the force
+// itself                                                                                         (6.25)
 double typical_force(const StepClock& c, double dt, double force)
 {
   const double impulse = c.impulse + force * dt;
   return impulse > 0.0 ? std::max(force, (c.square + force * force * dt) / impulse) : 0.0;
 }
 
-// kinetic energy that the residual would give to bodies at rest over the increment
+// kinetic energy of bodies at rest after the residual has acted over the increment
 double half_energy(const Dofs& s, double dt, const RealVec& R)
 {
   double sum = 0.0;
@@ -168,16 +168,16 @@ double half_energy(const Dofs& s, double dt, const RealVec& R)
   return 0.5 * dt * dt * dof_total(s, sum);
 }
 
-// what the largest entry may be                                                           (6.25), (6.26)
+// limit of the largest entry                                                              (6.25), (6.26)
 double half_limit(const Problem& p, const Attempt& a, const HalfWatch& w, const RealVec& R)
 {
   const StepClock& c = p.st.clock;
   const double part  = a.step.half_part;
-  const double noise = std::max(OF_MOMENTUM * largest(p.dofs, a.momentum) / a.dt,
-                                OF_NEWTON * largest_free(p.dofs, a.R));
+  const double noise = std::max(MOMENTUM_PART * largest(p.dofs, a.momentum) / a.dt,
+                                NEWTON_FACTOR * largest_free(p.dofs, a.R));
   if (a.step.half_force > 0.0) return std::max(a.step.half_force, noise);
   const double limit = std::max(part * typical_force(c, a.dt, w.force), noise);
-  // with this energy an oscillator has the residual that limit allows
+  // the residual of an oscillator of this energy reaches limit
   const double energy = half_energy(p.dofs, a.dt, R);
   if (energy <= 0.0) return limit;
   return std::max(limit, w.residual * std::sqrt(8.0 * part * part * part * c.energy / energy));
@@ -195,7 +195,7 @@ Failure step_half(Problem& p, const Attempt& a, HalfWatch& w)
   const Failure failure = half_residual(p, a, end, w, R);
   p.st.np1 = end;
   if (failure.status == BAD_VALUE) return failure;
-  // what turns inside out on the way is as bad as can be
+  // an element inverts at the middle: infinite residual
   w.residual = failure.ok() ? largest_free(p.dofs, R) : HUGE_VAL;
   if (!std::isfinite(w.residual)) w.force = w.limit = 0.0;
   else w.limit = half_limit(p, a, w, R);
@@ -204,7 +204,7 @@ Failure step_half(Problem& p, const Attempt& a, HalfWatch& w)
 
 Failure half_judge(const Step& s, double dt, int cuts, HalfWatch& w)
 {
-  // a residual that hardly falls with the increment
+  // does the residual hardly fall with the increment?
   const double fell = w.dt_before > 0.0 ? dt / w.dt_before : 0.0;
   w.kept = w.before > 0.0 && w.residual > 0.5 * (1.0 + fell) * w.before ? w.kept + 1 : 0;
   w.before    = w.residual;
@@ -213,10 +213,10 @@ Failure half_judge(const Step& s, double dt, int cuts, HalfWatch& w)
   if (w.residual <= w.limit) return STATUS_OK;
   const double quarters = std::floor(4.0 * CUT * std::sqrt(w.limit / w.residual));
   w.shorter = 0.25 * dt * std::min(3.0, std::max(1.0, quarters));
-  w.jumps   = w.kept >= KEPT_MOST;
+  w.jumps   = w.kept >= MAX_JUMP_CUTS;
   w.least   = !w.jumps && (cuts >= s.ctl.max_cut || w.shorter < s.dt_min);
   if (w.jumps || w.least) return STATUS_OK;
   char text[120];
-  std::snprintf(text, sizeof text, "%.4e, allowed are %.4e", w.residual, w.limit);
+  std::snprintf(text, sizeof text, "%.4e, the limit is %.4e", w.residual, w.limit);
   return {HALF_RESIDUAL, text};
 }

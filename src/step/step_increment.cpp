@@ -7,18 +7,18 @@
 
 namespace {
 
-// Contact, parts of the size of a face: a point that enters by more than ENTERED in one increment may have
-// missed a face; at 0.5 the search would lose it (contact_search), so TOO_DEEP ends the increment before.
+// Contact, relative to the face size: a point that penetrates by more than MAX_INCREASE in one increment may
+// have missed a face. The search loses it at 0.5 (contact_search), so MAX_DEPTH ends the increment before.
 // Test: Increment.PointsThatEnterTooDeep (unit)
-const double ENTERED = 0.25, TOO_DEEP = 0.45;
-// Contacts that close raise the residual for an iteration, and full corrections are the way to the set that
-// is closed. Test: A8 (contact/friction_push.inp)
+const double MAX_INCREASE = 0.25, MAX_DEPTH = 0.45;
+// Contacts that close raise the residual for an iteration; full corrections find the set of closed ones.
+// Test: A8 (contact/friction_push.inp)
 const int PATIENCE = 2;
-// times the iterations of other material: cracks that open against a cohesion. Test: C3
+// Cohesive cracks: factor of the maximum number of iterations. Test: C3
 const int OPENING_ITERATIONS = 20;
 
-// augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).
-// k: updates so far in this step. False: none is due.
+// augmented Lagrange: the bond force becomes the multiplier (4.6), as does the contact pressure (4.15).
+// k: updates so far in this step. False: no update is due.
 bool update_multipliers(const Model& m, const Bonds& b, const KernelMode& mode, int k, Level& l)
 {
   const int dim = m.dim;
@@ -53,7 +53,7 @@ Failure augment(Problem& p, Attempt& a)
   return STATUS_OK;
 }
 
-// elements alone, without NLGEOM, contact or fracture: the tangent does not depend on displacements
+// elements only, without NLGEOM, contact and fracture: the tangent does not depend on displacements
 bool linear_scene(const Model& m, const FracMesh& fm, const Points& pts, const Step& s)
 {
   if (s.nlgeom || fm.on || pts.npoint_all()) return false;
@@ -71,8 +71,9 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   const FracMesh& fm = d.fm;
   c.linear   = linear_scene(m, fm, st.points, s);
   c.breaks   = fm.on;
-  c.rubs = step_flow_lopsided(m);
-  for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
+  c.unsymmetric_flow = step_flow_unsymmetric(m);
+  for (const FractureDef& f : m.fracture)
+    c.unsymmetric_flow = c.unsymmetric_flow || f.residual == SPLIT_GRANULAR;
   for (const FractureDef& f : m.fracture)
     c.opens = c.opens || (s.proc == PROC_STATIC && f.criterion == CRITERION_COHESIVE);
   if (s.proc == PROC_STATIC && d.pairs.near) {
@@ -82,15 +83,14 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
     if (!c.breaks) c.patience = PATIENCE;
   }
   c.singular = s.proc == PROC_STATIC && fm.on && st.frac.neroded > 0;
-  // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
+  // equilibrium after fracture (dt = 0) opens and closes many cracks: more iterations
   c.max_iter = dt > 0.0 ? s.ctl.max_iter : 4 * s.ctl.max_iter;
   if (c.opens) c.max_iter *= OPENING_ITERATIONS;
   return c;
 }
 
-// where Newton's method begins in statics: the last increment goes on at its rate, prescribed dofs
-// arrive  (6.14)
-// Only where nothing but elements acts that are whole, and not after a cut.
+// initial guess of statics: the rate of the last increment continues, prescribed dofs reach their target
+// (6.14). Only with intact elements alone, and not after a cut.
 void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, Attempt& a)
 {
   if (!a.step.extrapolate || a.step.arc.on || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
@@ -105,27 +105,28 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
         a.guess[r * dim + i] = dt * st.rate[dofs.rows.node_of_row[r] * dim + i];
 }
 
-// General contact in statics: a place that met no face at t(n) and lies inside one now has come from further
-// than the search looked at.  Test: G1 (contact/g1_compare)
+// General contact in statics: a contact point without a face at t(n) that is inside one now came from outside
+// the search range.  Test: G1 (contact/g1_compare)
 Failure find_missed_contact(Problem& p)
 {
   State& st = p.st;
   const MeshPart& part = p.m.part;
   if (model_general_contact(p.m) < 0 || (st.bonds.contact.skin.empty() && !part.window)) return STATUS_OK;
-  if (part.on) halo_copy(part.halo, p.m.dim, st.np1.u);        // nodes of outer elements
+  if (part.on) halo_copy(part.halo, p.m.dim, st.np1.u);        // nodes of halo elements
   if (part.window) point_copy_corners(st.points, p.m.dim, {&st.np1.uc});
-  double most = 0.0;
-  for (size_t i = 0; i < st.n.u.size(); ++i) most = std::max(most, std::fabs(st.np1.u[i] - st.n.u[i]));
-  for (size_t i = 0; i < st.n.uc.size(); ++i) most = std::max(most, std::fabs(st.np1.uc[i] - st.n.uc[i]));
+  double largest = 0.0;
+  for (size_t i = 0; i < st.n.u.size(); ++i) largest = std::max(largest, std::fabs(st.np1.u[i] - st.n.u[i]));
+  for (size_t i = 0; i < st.n.uc.size(); ++i)
+    largest = std::max(largest, std::fabs(st.np1.uc[i] - st.n.uc[i]));
   const int dim = p.m.dim;
-  if (part.on) most = comm_allreduce_max(most);
-  if (2.0 * std::sqrt(dim) * most <= scene_reach(part, p.d.scene)) return STATUS_OK;
+  if (part.on) largest = comm_allreduce_max(largest);
+  if (2.0 * std::sqrt(dim) * largest <= scene_reach(part, p.d.scene)) return STATUS_OK;
   ContactScene scene = p.d.scene;
   ContactPairs pairs;
   RealVec xb;
   bond_places(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb);
   scene_update(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, true, 0.0, scene);
-  if (!step_knows_faces(p, scene)) return FACES_UNKNOWN;
+  if (!step_scene_faces_known(p, scene)) return FACES_UNKNOWN;
   contact_search(p.m, st.points, st.bonds, st.np1, xb, scene, pairs);
   for (int b = 0; b < st.bonds.nbond; ++b) {
     if (st.bonds.contact.skin_of[b] < 0 || p.d.pairs.master.count(b) || !pairs.master.count(b)) continue;
@@ -136,9 +137,8 @@ Failure find_missed_contact(Problem& p)
   return STATUS_OK;
 }
 
-// the failure at a place of contact that one rank would find first: others need not know the place.
-// Collective
-Failure agree_on_place(const Bonds& b, const Failure& own)
+// the failure at the contact point that one rank would find first, which other ranks may not have. Collective
+Failure agree_on_failure(const Bonds& b, const Failure& own)
 {
   Failure f = failure_agree(own);
   if (f.ok() || f.at != AT_BOND) return f;
@@ -150,7 +150,7 @@ Failure agree_on_place(const Bonds& b, const Failure& own)
   return f;
 }
 
-// explicit: loads at t(n) are those of the end of the increment before, of the same rows
+// explicit: are the loads at t(n) known from the end of the last increment, with the same rows?
 bool loads_known(Problem& p, const Step& s, RealVec& fext)
 {
   StableIncrement& q = p.stable;
@@ -158,7 +158,7 @@ bool loads_known(Problem& p, const Step& s, RealVec& fext)
   if (!s.explicit_steps() || q.step != log.step || q.inc != log.inc - 1) return false;
   if (q.pattern != p.dofs.pattern.number || q.made != p.d.grid.made) return false;
   if (q.fext.size() != static_cast<size_t>(p.dofs.rows.neq())) return false;
-  fext.swap(q.fext);           // an attempt that fails asks for them again
+  fext.swap(q.fext);           // after a failed attempt they are evaluated again
   return true;
 }
 
@@ -176,7 +176,7 @@ void keep_loads(Problem& p, Attempt& a)
   q.inc     = p.st.log.inc;
 }
 
-// explicit: vectors of the increment before, whose memory serves again
+// explicit: reuses the memory of the vectors of the last increment
 void take_space(StableIncrement& q, Attempt& a)
 {
   a.fext.swap(q.spare);
@@ -185,7 +185,7 @@ void take_space(StableIncrement& q, Attempt& a)
   a.R.swap(q.R);
 }
 
-// explicit: level n+1, as far as the increment does not write it as a whole
+// explicit: level n+1, but for the parts that the increment writes as a whole
 void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
 {
   const Dofs& d = p.dofs;
@@ -211,15 +211,15 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 {
   for (int q = 0; q < b.nbond; ++q) {
     if (b.side[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
-    const double size = std::max(pairs.size[q], b.contact.deep[q] / CONTACT_DEEP);   // crushed debris shrinks
+    const double size = std::max(pairs.size[q], b.contact.deep[q] / CONTACT_DEEP);   // crushed debris
     const double gap = l.slip[q * dim] / size, before = pairs.gap[q] / size;
-    if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
+    if (gap > -MAX_DEPTH && (gap > -MAX_INCREASE || before - gap < MAX_INCREASE)) continue;
     return {CONTACT_DEPTH, AT_BOND, q};
   }
   return STATUS_OK;
 }
 
-bool step_flow_lopsided(const Model& m)
+bool step_flow_unsymmetric(const Model& m)
 {
   return std::any_of(m.material.begin(), m.material.end(), [](const Material& a) {
     return a.used && a.law == LAW_DRUCKER_PRAGER && a.friction != a.dilation;
@@ -242,10 +242,10 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   State& st = p.st;
   const double total0 = st.n.time;
   const bool mid = step_mode(s).mid;
-  const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
+  const double load = mid ? 0.5 : 1.0;               // position of the loads in the increment
   Attempt a{s, step_mode(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
             newton_controls(p.m, p.d, st, s, dt)};
-  if (s.explicit_steps()) a.total1 = a.load.total = st.clock.start + a.t1;   // t(n) of the next, to the bit
+  if (s.explicit_steps()) a.total1 = a.load.total = st.clock.start + a.t1;   // bitwise t(n) of the next
   if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
   if (s.explicit_steps()) {
     if (s.bulk()) st.n.q.resize(p.m.mesh.nelem(), 0.0);
@@ -255,9 +255,9 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   }
   if (!p.d.pairs.gap.empty()) contact_forget(st.bonds, p.d.pairs, p.m.dim, st.np1);
   if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
-  // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
+  // dynamics: a multiplier of the last increment would push opening contact and create energy (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
-  // of this attempt: an error before the first one tells so
+  // of this attempt: none if an error precedes the first iteration
   st.log.iterations = 0;
   st.log.residual   = 0.0;
   if (s.explicit_steps()) take_space(p.stable, a);
@@ -280,7 +280,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond_all() && !leaps) failure = augment(p, a);
-  const auto agree = [&](const Failure& f) { return p.m.part.on ? agree_on_place(st.bonds, f) : f; };
+  const auto agree = [&](const Failure& f) { return p.m.part.on ? agree_on_failure(st.bonds, f) : f; };
   if (failure.ok() && p.d.pairs.near)
     failure = agree(step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim));
   if (failure.ok() && s.proc == PROC_STATIC) failure = agree(find_missed_contact(p));

@@ -8,8 +8,7 @@
 
 namespace {
 
-// Rows that several ranks have begin with the velocity that any of them knows: the mean of those, which are
-// the same
+// Initial guess of shared rows: the mean of the velocities on the ranks that have one; these are equal
 void agree_velocity(const Dofs& s, std::vector<char>& begun, RealVec& vgrid)
 {
   const int dim = s.rows.dim, width = dim + 1;            // velocity and 1, or zeros
@@ -27,7 +26,7 @@ void agree_velocity(const Dofs& s, std::vector<char>& begun, RealVec& vgrid)
   }
 }
 
-// The velocities before, of the same rows. Those of nodes that are prescribed are known better
+// The last velocities, of the same rows. Prescribed dofs of nodes keep their more accurate values
 void take_velocity(const GridVelocity& before, const Dofs& s, RealVec& vgrid)
 {
   const int first = before.first * s.rows.dim, grid = s.rows.nfe * s.rows.dim;
@@ -35,7 +34,7 @@ void take_velocity(const GridVelocity& before, const Dofs& s, RealVec& vgrid)
     if (i >= grid || !s.bound.fixed[i]) vgrid[i] = before.v[i - first];
 }
 
-// puts the velocities that there were into those rows that are there again; returns which they are
+// copies the last velocities into the rows that still exist; returns these rows
 std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, RealVec& vgrid)
 {
   std::vector<char> begun;
@@ -58,9 +57,8 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
   return begun;
 }
 
-// Are mass, points and supports those of the increment before, which ended at the velocity before? Then that
-// is what the projection gives. Dependent dofs of nodes that points follow are not projected. Collective
-// (3.19)
+// Are mass, points and supports the same as in the last increment? Then the projection equals the velocity at
+// its end. Dependent dofs of nodes that points follow are not projected. Collective                 (3.19)
 bool projection_known(const State& st, const Discretisation& d, const Dofs& s, const GridVelocity& before)
 {
   if (before.pattern < 0 || (s.rows.hung && s.bound.tie.any)) return false;
@@ -78,7 +76,7 @@ bool projection_known(const State& st, const Discretisation& d, const Dofs& s, c
 }
 
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
-//   in   before     velocity of the grid that was
+//   in   before     last velocity of the grid
 //   out  momentum   [neq] M v of nodes, sum m S v of points
 //        vgrid      [neq] velocity of nodes and of the grid
 Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& dofs,
@@ -104,16 +102,16 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
     if (s.bound.fixed[i]) vgrid[i] = s.bound.rate0[i];
   if (mass_project(s, begun, momentum, vgrid) < 0) return MASS_FAILED;
   if (dof_all_free(s)) return STATUS_OK;
-  const auto behind = s.bound.fixed.begin() + static_cast<long>(first) * s.rows.dim;
-  if (dof_all(s, std::find(behind, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end())) return STATUS_OK;
-  RealVec Mv;                  // supports: the momentum that goes with their motion
+  const auto from = s.bound.fixed.begin() + static_cast<long>(first) * s.rows.dim;
+  if (dof_all(s, std::find(from, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end())) return STATUS_OK;
+  RealVec Mv;                  // supports: momentum of their motion
   mass_multiply(s, vgrid, Mv);
   for (int i = first * s.rows.dim; i < s.rows.neq(); ++i)
     if (s.bound.fixed[i] == DOF_FIXED) momentum[i] = Mv[i];
   return STATUS_OK;
 }
 
-// internal force at t(n) on the weights of this step: the grid has no acceleration of its own
+// internal force at t(n) with the weights of this step: the grid stores no acceleration
 Failure force_at_start(Problem& p, Attempt& a)
 {
   const RealVec zero(p.dofs.rows.neq(), 0.0);
@@ -125,8 +123,8 @@ Failure force_at_start(Problem& p, Attempt& a)
   return failure.ok() ? assem_internal(p.m, p.d, p.dofs, mode, a.jumps, p.st, a.fint0) : failure;
 }
 
-// Perturbation, as a part of the increment, for the viscous force at t(n) by a finite difference: small
-// against 1, and far above the rounding of strains
+// Perturbation, relative to the increment, for the viscous force at t(n) by a finite difference: small
+// against 1, and large against the round-off of strains
 const double PERTURBATION = 1e-3;
 
 }  // namespace
@@ -145,7 +143,7 @@ void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode)
 
 bool step_damps(const Problem& p) { return p.dofs.mass.damped || model_viscous(p.m); }
 
-// the viscous stress acts by the difference of the internal force with and without it
+// viscous force: difference of the internal forces with and without viscous stress
 Failure step_damping(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f)
 {
   f.assign(p.dofs.rows.neq(), 0.0);
@@ -167,7 +165,7 @@ Failure step_damping(Problem& p, bool finite, double t_step, double dt, const Re
 
 namespace {
 
-// damping at the velocity of the end of the increment, as far as it is known                (6.20)
+// known part of the damping at the velocity at the end of the increment                     (6.20)
 Failure begin_damping(Problem& p, Attempt& a)
 {
   const Scheme& scheme = scheme_of(a.step);
@@ -181,9 +179,9 @@ Failure begin_damping(Problem& p, Attempt& a)
   return failure;
 }
 
-// M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs,
-// and from that solution the rows of its supports, whose reaction is not known otherwise. Where points follow
-// nodes all forces are asked: the accelerations of the nodes belong to the grid of the step before.
+// M a(n): from the accelerations of the nodes; for the grid M a = fext - fint on free dofs, and that solution
+// in the rows of its supports, whose reaction is not known otherwise. Where points follow nodes, all forces
+// are evaluated: the accelerations of the nodes belong to the grid of the last increment.
 Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
   const Dofs& s = p.dofs;
@@ -206,7 +204,7 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
   return STATUS_OK;
 }
 
-// fint - fext - reactions at t(n): M a of a scheme that weighs forces of both ends
+// fint - fext - reactions at t(n): M a of a scheme that weights the forces of both ends
 void unbalanced_at_start(const Dofs& s, const RealVec& rf, const Attempt& a, RealVec& f)
 {
   f.resize(s.rows.neq());
@@ -246,7 +244,7 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
 
 namespace {
 
-// acc [neq] of this rank becomes the acceleration of all nodes at t(n)
+// stores acc [neq] as the acceleration of the nodes at t(n), halo nodes too
 void put_accelerations(Problem& p, const RealVec& acc)
 {
   const Dofs& s = p.dofs;
@@ -283,7 +281,7 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   for (int i = 0; i < dofs.rows.nfe * dofs.rows.dim; ++i)
     if (dofs.bound.fixed[i] == DOF_FIXED)
       acc[i] = p.st.n.a[dofs.rows.node_of_row[i / dofs.rows.dim] * dofs.rows.dim + i % dofs.rows.dim];
-  RealVec inward(dofs.rows.neq(), 0.0);              // of rigid bodies                            (6.41)
+  RealVec inward(dofs.rows.neq(), 0.0);              // centripetal                                     (6.41)
   if (!dofs.bound.tie.rigid.empty()) {
     rigid_centripetal(p.m, p.st.n.u, dofs, dof_of_nodes(dofs, p.st.n.v), inward);
     for (int i = 0; i < dofs.rows.neq(); ++i) f[i] -= dofs.mass.lumped[i / dofs.rows.dim] * inward[i];
@@ -313,7 +311,7 @@ Failure step_motion_begin(Problem& p, Attempt& a)
     return STATUS_OK;
   }
   RealVec Ma, ahead = p.st.n.degr;
-  ahead.swap(p.st.np1.degr);                         // broken elements as they are at t(n)
+  ahead.swap(p.st.np1.degr);                         // degradation at t(n)
   failure = force_at_start(p, a);
   ahead.swap(p.st.np1.degr);
   if (failure.ok()) failure = inertia_at_start(p, a, Ma);
@@ -324,7 +322,7 @@ Failure step_motion_begin(Problem& p, Attempt& a)
     step_keep_momentum(s, f, a.agrid);
     return failure;
   }
-  // contact has other forces now, and nodes are to have those that the grid has
+  // contact forces have changed: nodes need the same forces as the grid
   for (int i = 0; i < s.rows.nfe * s.rows.dim && !s.bound.tie.any; ++i)
     if (s.bound.fixed[i] == DOF_FREE) a.agrid[i] = f[i] / s.mass.lumped[i / s.rows.dim];
   step_keep_momentum(s, f, a.agrid);

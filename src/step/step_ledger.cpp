@@ -6,7 +6,7 @@
 
 namespace {
 
-// X x Y, plane problems have only the component 3
+// x cross y; plane problems have component 3 only
 void add_cross(const double* x, const double* y, double* out)
 {
   out[0] += x[1] * y[2] - x[2] * y[1];
@@ -38,7 +38,7 @@ void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
   }
 }
 
-// what the ranks have, in one message
+// sums over the ranks, in one message
 void sum_ranks(Ledger& g, double& work)
 {
   double sum[11] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0], g.angular[1],
@@ -53,8 +53,8 @@ void sum_ranks(Ledger& g, double& work)
   std::copy(sum + 4, sum + 7, g.angular);
 }
 
-// 1/8 a M a of the free dofs of nodes on this rank: with dt^2 what the product of the velocities at both half
-// steps is below the square of that at t(n)                                                   (6.33)
+// 1/8 a M a of the free dofs of nodes owned by this rank. Times dt^2 it is the difference between the square
+// of the velocity at t(n) and the product of the velocities at both half steps               (6.33)
 double leap_energy(const Dofs& dofs, const Level& l)
 {
   double sum = 0.0;
@@ -70,7 +70,7 @@ double leap_energy(const Dofs& dofs, const Level& l)
   return 0.125 * sum;
 }
 
-// in local sums, which stay in registers
+// local sums stay in registers
 template <int D>
 void add_points(const Points& pts, const RealVec& mom, const Level& l, Ledger& g)
 {
@@ -91,7 +91,7 @@ void add_points(const Points& pts, const RealVec& mom, const Level& l, Ledger& g
   for (int i = 0; i < 3; ++i) g.angular[i] += spin[i];
 }
 
-// Strain that is rounding: coordinates keep 16 digits, and an element is a hundredth of them
+// Strain of the size of round-off: coordinates have 16 digits, and the element size is a hundredth of them
 const double ROUNDING = 1e-14;
 
 // sum of E V over elements and points, of all ranks                                 energy

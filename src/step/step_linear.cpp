@@ -7,18 +7,19 @@
 namespace {
 
 // sqrt(energy) of the error of the last correction, relative to the largest correction. Test: SPEED
-// (speed/reuse), whose histories differ by 7e-8 with 3e-5 here and 3e-4 for ACCEPT
+// (speed/reuse): histories differ by 7e-8 with 3e-5 here and 3e-4 for ACCEPT
 const double FINAL  = 3e-10;
-// the same, accepted if a correction proves to be the last. No test of its own: nearly all reach FINAL
+// the same, accepted if the correction turns out to be the last. No test: nearly all corrections reach FINAL
 const double ACCEPT = 3e-9;
-// BLIND and SLOW cost or save seconds, not digits: SPEED (speed/guard). NEAR: A2 (patch/a2_spin_fem.inp)
-const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
-const int SLOW      = 8;       // iterations; Newton's method that takes more gets factorised tangents
-const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
-const double SLIP   = 1e-6;    // of the forces, left where contact slips. A8 (contact/friction_punch.inp)
-const double ROUGH  = 1e-2;    // of them, left by each solution of the symmetric matrix,
-const double ROUGH_DIGITS = 9.0;       // all of which bring so many digits together
-// Equations in space from which on these pay; below, and in the plane, a factorisation costs less. Test:
+// FIRST_REDUCTION and SLOW_ITERATIONS change the time, not the digits: SPEED (speed/guard). REUSE_PART: A2
+// (patch/a2_spin_fem.inp)
+const double FIRST_REDUCTION = 1e-6;   // reduction in iterations that the last increment did not have
+const int SLOW_ITERATIONS = 8;         // iterations after which tangents are factorised
+const double REUSE_PART   = 0.1;       // predicted residual, relative to the tolerance, to reuse a tangent
+const double SLIP_TOL     = 1e-6;      // relative residual with slip. A8 (contact/friction_punch.inp)
+const double ROUGH_TOL    = 1e-2;      // relative residual of each solution with the symmetric matrix,
+const double ROUGH_DIGITS = 9.0;       // digits of all of them together
+// Equations in space from which on iterative solutions are faster than a factorisation. Test:
 // speed/contact_static.inp: n = 6 (5100 equations) 2.9 s for 2.0, n = 10 (11 500) 4.7 s for 7.1
 const int ROUGH_FROM = 8000;
 
@@ -30,27 +31,26 @@ bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
          dof_all(dofs, z.fixed == dofs.bound.fixed);
 }
 
-// the iteration before, with its tangent, has brought the residual down so far that the same factor ends the
-// iteration well  (8.11)
-// Not in statics, where a soft mode turns a small residual into a large error.
+// the last iteration reduced the residual so much that the same reduction ends this one safely (8.11)
+// Not in statics, where a soft mode has a large error with a small residual.
 bool near_tangent(const RealVec& gain, const Attempt& a, int it, double residual, double accepted)
 {
   if (a.cM == 0.0 || it == 1 || it - 2 >= static_cast<int>(gain.size()))
     return false;
-  return residual * gain[it - 2] <= NEAR * accepted;
+  return residual * gain[it - 2] <= REUSE_PART * accepted;
 }
 
-// how far the linear residual must go down (8.6): a third of what Newton's method has made of it in the same
-// iteration of the increment before, and far enough when that iteration was the last
+// required reduction of the linear residual (8.6): a third of that of Newton's method in the same iteration
+// of the last increment; full accuracy if that iteration was the last
 double reduction(const RealVec& gain, int it, double residual, double accepted)
 {
-  if (it > static_cast<int>(gain.size())) return BLIND;
+  if (it > static_cast<int>(gain.size())) return FIRST_REDUCTION;
   const double g = gain[it - 1];
   if (residual * g <= accepted) return FINAL;
   return std::min(std::max(0.3 * g, 1e-8), 1e-2);
 }
 
-// step_supports_fix, once for each set of supports
+// step_supports_fix, evaluated once for each set of supports
 bool supported(Problem& p)
 {
   KnownRegular& h = p.newton.regular;
@@ -85,7 +85,7 @@ RealVec row_positions(const Problem& p)
   return place;
 }
 
-// 1 / diag, where it is positive and the row counts here
+// 1 / diag where it is positive and the row is owned here, else 0
 RealVec inverse_diagonal(const Dofs& s, const RealVec& diag)
 {
   RealVec inverse = dof_own(s, diag);
@@ -93,22 +93,22 @@ RealVec inverse_diagonal(const Dofs& s, const RealVec& diag)
   return inverse;
 }
 
-// (A + E) x = f, E what slipping contact adds that is not symmetric; A^-1 to few digits preconditions  (6.23)
-Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, SolveTask& ask, LinearSystem& l)
+// (A + E) x = f, E: unsymmetric part of slipping contact; preconditioned by A^-1 to few digits        (6.23)
+Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, SolveTask& task, LinearSystem& l)
 {
   const Dofs& s  = p.dofs;
   Solver& solver = p.newton.solver;
   SlipTangent slip;
   if (a.newton.slips) assem_slip(p.m, p.d.pairs, a.mode, a.jumps, p.st, s, slip);
-  if (!slip.any) return solve_system(solver, s.pattern.A, ask, l.f, l.dx);
+  if (!slip.any) return solve_system(solver, s.pattern.A, task, l.f, l.dx);
   RealVec y;
   slip_multiply(slip, p.d.pairs, s, pending, y);
   for (int i = 0; i < s.rows.neq(); ++i) l.f[i] -= y[i];
-  const double eta = std::min(ask.eta, SLIP);
-  ask.exact  = ask.exact || p.m.dim == 2 || s.rows.neq_all() < ROUGH_FROM;
-  ask.eta    = ROUGH;
-  ask.digits = ROUGH_DIGITS;
-  ask.energy = ask.residual = 0.0;
+  const double eta = std::min(task.eta, SLIP_TOL);
+  task.exact  = task.exact || p.m.dim == 2 || s.rows.neq_all() < ROUGH_FROM;
+  task.eta    = ROUGH_TOL;
+  task.digits = ROUGH_DIGITS;
+  task.energy = task.residual = 0.0;
   double start = -1.0;         // f M^-1 f
   SlipSystem system;
   system.weight   = inverse_diagonal(s, l.diag);
@@ -119,7 +119,7 @@ Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, Solv
     for (int i = 0; i < s.rows.neq(); ++i) Ax[i] += y[i];
   };
   system.precondition = [&](const RealVec& v, RealVec& z) {
-    const Status status = solve_system(solver, s.pattern.A, ask, v, z);
+    const Status status = solve_system(solver, s.pattern.A, task, v, z);
     if (start < 0.0 && status == STATUS_OK)
       start = std::fabs(dof_dot(s, v, z)) * step_product(l.f, l.f, system.weight);
     return status;
@@ -141,10 +141,10 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   const bool stay = same || (p.m.solver.reuse && near_tangent(p.newton.gain, a, it, residual, accepted));
   l.f.resize(s.rows.neq());
   for (int i = 0; i < s.rows.neq(); ++i) l.f[i] = -R[i];
-  const auto arrived = [&] {
+  const auto targets_reached = [&] {
     return dof_all(s, std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; }));
   };
-  if (stay && (dof_all_free(s) || arrived())) {
+  if (stay && (dof_all_free(s) || targets_reached())) {
     for (int i = 0; i < s.rows.neq(); ++i)
       if (s.bound.fixed[i]) l.f[i] = 0.0;
     timer_skip(PHASE_TANGENT);
@@ -179,30 +179,30 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 
 namespace {
 
-// what the system of iteration it is solved for
-SolveTask ask_of(Problem& p, const Attempt& a, int it, double residual, double accepted,
+// accuracy and properties of the system of iteration it
+SolveTask solve_task(Problem& p, const Attempt& a, int it, double residual, double accepted,
                  const LinearSystem& l)
 {
   const Dofs& s = p.dofs;
-  SolveTask ask{s.rows.row_key};
-  ask.stamp    = s.pattern.tangent;
-  ask.pattern  = s.pattern.number;
-  ask.eta      = reduction(p.newton.gain, it, residual, accepted);
-  ask.residual = 0.01 * accepted;
-  // only a preconditioner that is exact where the tangent is nearly singular leaves nothing behind
+  SolveTask task{s.rows.row_key};
+  task.stamp    = s.pattern.tangent;
+  task.pattern  = s.pattern.number;
+  task.eta      = reduction(p.newton.gain, it, residual, accepted);
+  task.residual = 0.01 * accepted;
+  // a nearly singular tangent needs a preconditioner that is exact there
   const bool singular = a.newton.singular;
-  ask.energy = (singular ? 0.5 * ACCEPT : FINAL) * l.energy;
-  ask.broken = singular;
-  ask.exact  = it > SLOW || a.arc.on;
-  // in motion too: the mass of the grid may be singular in what no corner sees  (3.14)
+  task.energy = (singular ? 0.5 * ACCEPT : FINAL) * l.energy;
+  task.broken = singular;
+  task.exact  = it > SLOW_ITERATIONS || a.arc.on;
+  // dynamics too: the grid mass may be singular in modes that no corner sees  (3.14)
   p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.of_all.nodes) ? s.rows.nfe : -1;
-  ask.inertia   = a.cM != 0.0;
-  ask.known_regular      = p.newton.solver.nfactor == 0 && s.rows.neq_all() >= SMALL_SYSTEM && p.m.dim == 3 &&
-                  (ask.inertia || (!singular && supported(p)));
-  ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
-  ask.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
-  if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.positions = [&p] { return row_positions(p); };
-  return ask;
+  task.inertia   = a.cM != 0.0;
+  task.known_regular = p.newton.solver.nfactor == 0 && s.rows.neq_all() >= SMALL_SYSTEM && p.m.dim == 3 &&
+                  (task.inertia || (!singular && supported(p)));
+  task.digits = -std::log10(std::max(task.eta, FINAL * l.residual / residual));
+  task.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
+  if (!task.inertia || p.m.solver.kind == SOLVER_AMG) task.positions = [&p] { return row_positions(p); };
+  return task;
 }
 
 }  // namespace
@@ -212,8 +212,8 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
 {
   const Dofs& s = p.dofs;
   l.residual    = std::max(l.residual, residual);
-  SolveTask ask  = ask_of(p, a, it, residual, accepted, l);
-  const Status status = solve_slipping(p, a, pending, ask, l);
+  SolveTask task  = solve_task(p, a, it, residual, accepted, l);
+  const Status status = solve_slipping(p, a, pending, task, l);
   if (status != STATUS_OK) return status;
   l.own_energy = 0.0;
   for (int i = 0; i < s.rows.neq(); ++i) {
@@ -228,9 +228,9 @@ Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, do
                        LinearSystem& l)
 {
   const Dofs& s       = p.dofs;
-  SolveTask ask        = ask_of(p, a, it, residual, accepted, l);
+  SolveTask task        = solve_task(p, a, it, residual, accepted, l);
   const double left   = p.newton.solver.left;
-  const Status status = solve_system(p.newton.solver, s.pattern.A, ask, l.g, l.along);
+  const Status status = solve_system(p.newton.solver, s.pattern.A, task, l.g, l.along);
   p.newton.solver.left = left;
   if (status != STATUS_OK) return status;
   for (int i = 0; i < s.rows.neq(); ++i)
@@ -246,6 +246,6 @@ bool step_solved_well(const Solver& solver, const LinearSystem& l)
 
 void step_gain(NewtonMemory& memory, int it, double gain)
 {
-  if (it > static_cast<int>(memory.gain.size())) memory.gain.resize(it, BLIND);
+  if (it > static_cast<int>(memory.gain.size())) memory.gain.resize(it, FIRST_REDUCTION);
   memory.gain[it - 1] = gain;
 }

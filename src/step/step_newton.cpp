@@ -6,19 +6,19 @@
 
 namespace {
 
-// Bisections at most of a correction that inverts an element. No test: with fewer the increment is cut
-const int BACK_OFF = 6;
-// Line search: trials; with fracture more, since broken material kinks the line (P7).
+// Max. bisections of a correction that inverts an element. No test: with fewer the increment is cut
+const int MAX_BISECTIONS = 6;
+// Line search: max. trials; more with fracture, since broken material kinks the line (P7).
 // Test of these and of the two below: A1 (patch/a1_bond_default.inp) misses its tolerance without a search
 const int TRIALS = 4, TRIALS_BROKEN = 6;
-const double SMOOTH_ENOUGH = 0.8;    // of |g(0)|: a correction that leaves no more needs no search (6.6)
-const double LEAST_PART = 0.1;       // of the correction, or of the bracket
+const double SEARCH_TOL = 0.8;    // of |g(0)|: below, no search is needed (6.6)
+const double MIN_PART = 0.1;       // smallest part of the correction, or of the bracket
 
 // With displacement loading alone there is no force scale at free dofs, and conjugate gradients stop above
 // round-off. A residual above this part of the one before stalls. Test: G1 (contact/g1_compare)
-const double STALLS = 0.5;
+const double STALL_RATIO = 0.5;
 
-// residual and the sizes that it is judged by                                       (6.3)
+// residual and its scales                                                           (6.3)
 struct Residual {
   RealVec R, inertia, Mdu, Cdu;        // inertia: with damping
   double free_norm = 0.0;      // of R at free dofs
@@ -27,8 +27,8 @@ struct Residual {
   bool finite      = true;
 };
 
-// squares of the vectors in the rows that count here; of the first one at free dofs alone. In one pass, each
-// with the sums of sum_terms
+// squared norms of the vectors over owned rows; of the first one over free dofs only. In one pass, each with
+// the sums of sum_terms
 template <bool SPLIT>
 void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* sum)
 {
@@ -95,8 +95,8 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   return std::isfinite(b.free_norm) && std::isfinite(internal + b.external) ? STATUS_OK : BAD_NUMBER;
 }
 
-// the part of the diagonal that strains make: rounding of F acts through it. Mass, damping and bonds see du
-// alone, and would hide the loads when dt is small or a penalty large.
+// the strain part of the diagonal, through which round-off of F acts. Mass, damping and bonds depend on du
+// alone; their large stiffness would hide the loads for a small dt or a large penalty.
 RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& grid, const Dofs& s,
                         const RealVec& diag, double cM, double cC)
 {
@@ -105,7 +105,7 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
     for (int i = 0; i < s.rows.neq(); ++i) d[i] -= cM * s.mass.M_diag[i / s.rows.dim];
   if (cC != 0.0)
     for (int i = 0; i < s.rows.neq(); ++i) d[i] -= cC * s.mass.C_diag[i];
-  RealVec other;               // several ranks: of the bonds and ghosts of this one, negative
+  RealVec other;               // several ranks: bonds and ghosts of this rank, negative
   const bool ghosts = m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0,
              shared = s.rows.split && (bonds.nbond_all() || ghosts);
   if (shared) other.assign(s.rows.neq(), 0.0);
@@ -134,49 +134,50 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
 double largest_move(const Problem& p)
 {
   const State& st = p.st;
-  double most = 0.0;
-  for (size_t i = 0; i < st.n.u.size(); ++i) most = std::max(most, std::fabs(st.np1.u[i] - st.n.u[i]));
-  for (size_t i = 0; i < st.n.uc.size(); ++i) most = std::max(most, std::fabs(st.np1.uc[i] - st.n.uc[i]));
-  return dof_largest(p.dofs, most);
+  double largest = 0.0;
+  for (size_t i = 0; i < st.n.u.size(); ++i) largest = std::max(largest, std::fabs(st.np1.u[i] - st.n.u[i]));
+  for (size_t i = 0; i < st.n.uc.size(); ++i)
+    largest = std::max(largest, std::fabs(st.np1.uc[i] - st.n.uc[i]));
+  return dof_largest(p.dofs, largest);
 }
 
-// force that rounding alone makes: the stiffness times 1e-15 of the displacement and of the element size
-// (6.5). Of the grid no more counts than material moves: motions that no corner sees may be of any size.
+// force of round-off: the stiffness times 1e-15 of the displacement and of the element size (6.5). Grid
+// displacements count up to those of the material: modes that no corner sees may have any size.
 double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
 {
   const RealVec& du    = a.du;
   const RealVec strain =
       strain_diagonal(p.m, p.st.bonds, p.d.grid, p.dofs, diag, a.cM, a.cC);
   const Ties& t = p.dofs.bound.tie;
-  const double most = p.d.grid.of_all.nodes > 0 ? largest_move(p) : 0.0;
+  const double largest = p.d.grid.of_all.nodes > 0 ? largest_move(p) : 0.0;
   const int grid    = p.dofs.rows.nfe * p.dofs.rows.dim;
   const auto square = [&](int i) {
-    const double move = i < grid ? std::fabs(du[i]) : std::min(most, std::fabs(du[i]));
+    const double move = i < grid ? std::fabs(du[i]) : std::min(largest, std::fabs(du[i]));
     const double f    = std::max(0.0, strain[i]) * 2e-15 * p.dofs.rows.h_mean + diag[i] * 1e-14 * move;
     return f * f;
   };
   double sum = 0.0;
   for (size_t i = 0; i < diag.size(); ++i)
     if (p.dofs.rows.counts(i)) sum += square(static_cast<int>(i));
-  for (size_t k = 0; k < t.dof.size(); ++k)          // what masters get from dependent dofs
+  for (size_t k = 0; k < t.dof.size(); ++k)          // of dependent dofs, at their masters
     for (int q = t.master.off[k]; q < t.master.off[k + 1] && p.dofs.rows.counts(t.dof[k]); ++q)
       sum += t.coef[q] * t.coef[q] * square(t.dof[k]);
   return std::sqrt(dof_total(p.dofs, sum));
 }
 
 // residual against the force scale, and both in the energy norm of the diagonal    (6.4)
-//   in   stalls   the residual does not fall any more: reactions count in the energy too
+//   in   stalls   the residual has stopped falling: reactions count in the energy too
 bool balanced(const Problem& p, const Attempt& a, const Residual& b, const RealVec& diag, bool stalls)
 {
   const Dofs& s  = p.dofs;
   const Controls& c = a.step.ctl;
   if (b.free_norm > c.tol_force * b.scale) return false;
-  // fixed null pivots keep a residual, which is judged by the reactions as well (theory 8.1)
+  // fixed null pivots leave a residual, which is compared with the reactions too (theory 8.1)
   const Solver& solver    = p.newton.solver;
   const bool fixed_pivots = a.cM == 0.0 && solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
   double energy[2] = {};       // of the residual, of the forces
   double least = 0.0;
-  // broken material has next to no stiffness, and need not be judged by it
+  // lower bound for broken material, which has hardly any stiffness
   if (a.newton.breaks) {
     for (size_t i = 0; i < diag.size(); ++i)
       if (s.rows.counts(i)) least += diag[i];
@@ -206,7 +207,7 @@ Failure back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, R
                  double& s)
 {
   Failure failure = BAD_JACOBIAN;
-  for (int k = 0; k < BACK_OFF && !failure.ok(); ++k, s *= 0.5) {
+  for (int k = 0; k < MAX_BISECTIONS && !failure.ok(); ++k, s *= 0.5) {
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + s * dx[i];
     failure = form_residual(p, a, trial, b);
     if (failure.ok()) return failure;
@@ -219,11 +220,11 @@ Failure line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx
                     Residual& b, double& s)
 {
   double g1 = dof_dot(p.dofs, dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
-  // broken material that opens or closes kinks the line: a smaller part may be the right one
-  const int most = a.newton.breaks ? TRIALS_BROKEN : TRIALS;
-  for (int k = 0; k < most && std::fabs(g1) > SMOOTH_ENOUGH * std::fabs(g0); ++k) {
+  // opening and closing broken material kinks the line: a smaller part may be the right one
+  const int trials = a.newton.breaks ? TRIALS_BROKEN : TRIALS;
+  for (int k = 0; k < trials && std::fabs(g1) > SEARCH_TOL * std::fabs(g0); ++k) {
     double next = glo * ghi < 0.0 ? lo - glo * (hi - lo) / (ghi - glo) : 0.5 * (lo + hi);
-    next = std::min(std::max(next, a.newton.breaks ? lo + LEAST_PART * (hi - lo) : LEAST_PART), 1.0);
+    next = std::min(std::max(next, a.newton.breaks ? lo + MIN_PART * (hi - lo) : MIN_PART), 1.0);
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + next * dx[i];
     const Failure failure = form_residual(p, a, trial, b);
     if (!failure.ok()) return failure;
@@ -234,7 +235,7 @@ Failure line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx
   return STATUS_OK;
 }
 
-// R of the predictor; when the free flight turns something inside out, from rest
+// R of the predictor; if free flight inverts an element, from rest
 Failure begin_at_predictor(Problem& p, Attempt& a, Residual& b)
 {
   tie_follow(p.dofs, true, a.du);
@@ -263,31 +264,31 @@ Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
   return STATUS_OK;
 }
 
-// what prescribed dofs still have to go; true: all have reached their target
+// remaining displacements of prescribed dofs; true: all have reached their targets
 bool find_pending(const Dofs& s, const RealVec& du, RealVec& pending)
 {
-  bool there = true;
+  bool reached = true;
   if (dof_all_free(s)) return true;
   for (int i = 0; i < s.rows.neq(); ++i) {
     pending[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.target[i] - du[i] : 0.0;
-    there      = there && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.bound.target[i]);
+    reached    = reached && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.bound.target[i]);
   }
-  return dof_all(s, there);
+  return dof_all(s, reached);
 }
 
 bool targets_reached(const Dofs& s, const RealVec& du)
 {
-  bool there = true;
+  bool reached = true;
   if (dof_all_free(s)) return true;
   for (int i = 0; i < s.rows.neq(); ++i)
     if (s.bound.fixed[i] == DOF_FIXED)
-      there = there && std::fabs(s.bound.target[i] - du[i]) <= 1e-12 * std::fabs(s.bound.target[i]);
-  return dof_all(s, there);
+      reached = reached && std::fabs(s.bound.target[i] - du[i]) <= 1e-12 * std::fabs(s.bound.target[i]);
+  return dof_all(s, reached);
 }
 
-// du += a part of dx; smaller than 1 when an element turns inside out or the residual overshoots
+// du += part * dx, part < 1 if an element inverts or the residual overshoots
 //   in   search   a line search is allowed;   g0 = dx R at free dofs
-//   out  trial    du as it was
+//   out  trial    du before
 Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool search, RealVec& trial,
                 Residual& b, double& part)
 {
@@ -309,26 +310,25 @@ double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
   return sum[0];
 }
 
-// Cracks that open against a cohesion: where the tangent does not bring the residual down, its correction is
-// taken back, and a stiffness follows with which the energy falls, for twice as many iterations each time
-// (6.38)
+// Cohesive cracks: where the tangent does not reduce the residual, its correction is undone, and a secant
+// stiffness that lowers the energy is used, for twice as many iterations each time          (6.38)
 struct Descent {
-  int left = 0, next = 4;      // iterations with that stiffness: to come, next time
+  int left = 0, next = 4;      // iterations with the secant: left, next time
 };
-const double FALLS = 0.7;      // of the residual before
-// times the correction of that stiffness: the energy falls below 2. Test: C3 with h = 10 ends with it, not
-// with 1 or Anderson's method
-const double RELAXED = 1.8;
+const double FALL_RATIO = 0.7;      // reduction of the residual to accept the tangent
+// factor of the secant correction: the energy falls below 2. Test: C3 with h = 10 converges with it, not with
+// 1 or Anderson's method
+const double RELAXATION = 1.8;
 
-//   in   before   residual of the iteration before; 0: supports have moved since
-//        du       before the correction;   advance  RIKS: of the loads in it
+//   in   before   residual of the last iteration; 0: supports have moved since
+//        du       before the correction;   advance  RIKS: of the load time in it
 Failure descend(Problem& p, Attempt& a, double before, double advance, RealVec& du, Descent& d, Residual& b)
 {
   if (a.mode.crack == CRACK_SECANT) {
     a.mode.crack = --d.left > 0 ? CRACK_SECANT : CRACK_TANGENT;
     return STATUS_OK;
   }
-  if (before == 0.0 || b.free_norm <= FALLS * before) return STATUS_OK;
+  if (before == 0.0 || b.free_norm <= FALL_RATIO * before) return STATUS_OK;
   a.mode.crack = CRACK_SECANT;
   d.left = d.next;
   d.next = 2 * d.next;
@@ -338,7 +338,7 @@ Failure descend(Problem& p, Attempt& a, double before, double advance, RealVec& 
   return form_residual(p, a, a.du, b);
 }
 
-// RIKS: the loads go on so that the extensions are what they shall be, and the correction with them   (6.39)
+// RIKS: changes loads and correction so that the extensions reach their prescribed value              (6.39)
 Failure follow_arc(Problem& p, Attempt& a, int it, double residual, double accepted, LinearSystem& l,
                    double& advance)
 {
@@ -350,7 +350,7 @@ Failure follow_arc(Problem& p, Attempt& a, int it, double residual, double accep
   return STATUS_OK;
 }
 
-void tell_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
+void report_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
 {
   log.iterations = it;
   if (it > 0) {
@@ -374,56 +374,57 @@ Failure step_newton(Problem& p, Attempt& a)
   Secants secants;
   Descent descent;
   double least = 1e300;        // norm of R so far
-  int stale    = 0;            // iterations since
+  int stale    = 0;            // iterations since least
   RealVec trial(s.rows.neq()), pending(s.rows.neq());
   a.mode.crack = a.arc.on ? CRACK_ONWARD : CRACK_TANGENT;
-  // 1. where it begins
+  // 1. predictor or guess
   double guessed  = 0.0;       // energy of the guess
   Failure failure = begin_at_predictor(p, a, b);
   if (failure.ok() && a.guesses) failure = begin_at_guess(p, a, b, guessed);
   if (!failure.ok()) return failure;
   l.energy = std::sqrt(guessed);
-  tell_iteration(log, 0, b, 0.0, 0.0);
+  report_iteration(log, 0, b, 0.0, 0.0);
   for (int it = 1; it <= a.newton.max_iter; ++it) {
     // 2. tangent, prescribed dofs                                                  (6.2)
-    const bool there = find_pending(s, a.du, pending);
-    // inertia of the predictor is large
+    const bool reached = find_pending(s, a.du, pending);
+    // the inertia of the predictor is large
     const double scale    = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;
     const double accepted = a.step.ctl.tol_force * scale, before = b.free_norm;
     step_tangent(p, a, it, before, accepted, b.R, pending, l);
-    // loads below the floor are solved for once; without loads the floor ends the search for rounding
-    if (it == 1 && there && guessed == 0.0 && !a.arc.on && converged(p, a, b, l, b.external == 0.0, false)) {
-      a.R = b.R;                                     // nothing to do: the predictor is the solution
+    // loads below the round-off floor are solved for once; without loads the floor ends the iterations
+    if (it == 1 && reached && guessed == 0.0 && !a.arc.on &&
+        converged(p, a, b, l, b.external == 0.0, false)) {
+      a.R = b.R;                                     // the predictor is the solution
       assem_share_bonds(p.st, p.m.dim, a.jumps);
       return STATUS_OK;
     }
     // 3. solve
     failure = step_solve(p, a, it, before, accepted, pending, l);
     if (!failure.ok()) return failure;
-    if (a.newton.rubs && there) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
-    if (a.mode.crack == CRACK_SECANT && there)
-      for (double& x : l.dx) x *= RELAXED;
+    if (a.newton.unsymmetric_flow && reached) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
+    if (a.mode.crack == CRACK_SECANT && reached)
+      for (double& x : l.dx) x *= RELAXATION;
     double advance = 0.0;
     if (a.arc.on) failure = follow_arc(p, a, it, before, accepted, l, advance);
     if (!failure.ok()) return failure;
     const double g0 = first_slope(s, b.R, l);
-    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // misled (6.14)
+    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // bad guess (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
-    const bool search = a.step.ctl.line_search && there && !a.arc.on && stale >= a.newton.patience;
+    const bool search = a.step.ctl.line_search && reached && !a.arc.on && stale >= a.newton.patience;
     failure = correct(p, a, l.dx, g0, search, trial, b, part);
     if (failure.ok() && a.arc.on && part < 1.0) failure = BAD_JACOBIAN;
     if (!failure.ok()) return failure;
-    // RIKS: the first residual is that of the load before
-    const bool judged = there && (it > 1 || !a.arc.on);
+    // RIKS: the first residual belongs to the last load
+    const bool judged = reached && (it > 1 || !a.arc.on);
     if (a.newton.opens) failure = descend(p, a, judged ? before : 0.0, advance, trial, descent, b);
     if (!failure.ok()) return failure;
     stale = b.free_norm < least ? 0 : stale + 1;
     least = std::min(least, b.free_norm);
-    tell_iteration(log, it, b, std::fabs(g0), part);
-    // 5. judge                                                                     (6.4)
+    report_iteration(log, it, b, std::fabs(g0), part);
+    // 5. converged?                                                                (6.4)
     if (before > 0.0) step_gain(p.newton, it, b.free_norm / before);
-    const bool stalls = b.free_norm > STALLS * before;
+    const bool stalls = b.free_norm > STALL_RATIO * before;
     if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, l) &&
         converged(p, a, b, l, true, stalls)) {
       a.R = b.R;

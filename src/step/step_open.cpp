@@ -9,7 +9,7 @@
 
 namespace {
 
-// the value at X; when it is not a finite number: 0 and a message, one for each line of the deck
+// the value at X; if it is not finite: 0 and a message, one for each line of the deck
 double start_value(const Model& m, const InitialValue& iv, const std::string& where, const double* X,
                    int& errors)
 {
@@ -20,7 +20,7 @@ double start_value(const Model& m, const InitialValue& iv, const std::string& wh
   return 0.0;
 }
 
-// corners of a body, which it may share with another one: v_c or u_c at X_c
+// u or v of the corners of a body, which it may share with another one
 void start_body(const Model& m, const InitialValue& iv, State& st, int& errors)
 {
   const Points& pts = st.points;
@@ -31,7 +31,7 @@ void start_body(const Model& m, const InitialValue& iv, State& st, int& errors)
   for (int q = 0; q < pts.npoint; ++q)
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && pts.body[q] == iv.body; ++k)
       of_body[pts.conn.item[k]] = 1.0;
-  if (pts.part.on) halo_sum(pts.part.halo, 1, of_body);        // on any rank
+  if (pts.part.on) halo_sum(pts.part.halo, 1, of_body);        // points of all ranks
   for (int c = 0; c < pts.ncorner; ++c) {
     if (of_body[c] == 0.0) continue;
     double X[3] = {0, 0, 0};
@@ -60,7 +60,7 @@ int start_values(const Model& m, State& st)
   return wrong;
 }
 
-// dependent dofs of a list of equations move as those that they depend on   x [nnode*dim]
+// values of dependent dofs by a list of equations   x [nnode*dim]
 void follow_equations(const Model& m, const IntVec& list, RealVec& x)
 {
   std::vector<EquationSolved> solved;
@@ -73,7 +73,7 @@ void follow_equations(const Model& m, const IntVec& list, RealVec& x)
   }
 }
 
-// slave nodes of *TIE begin with what their masters have
+// slave nodes of *TIE start with the motion of their masters
 void start_ties(const Model& m, Level& l)
 {
   IntVec list;
@@ -106,13 +106,13 @@ int start_equations(const Model& m, const Level& l)
   return errors;
 }
 
-// One *BOUNDARY whose supports give other velocities at the start than *INITIAL CONDITIONS, on all ranks
+// One *BOUNDARY whose initial velocities differ from *INITIAL CONDITIONS, on all ranks
 struct OtherVelocity {
   double nodes = 0.0;
-  double label = 1e300, line = 0.0;    // the smallest of a node, the last of *INITIAL CONDITIONS
+  double label = 1e300, line = 0.0;    // smallest node label, last line of *INITIAL CONDITIONS
 };
 
-// line of *INITIAL CONDITIONS that gives the velocity with which a dof comes to step k, 0: none  [nnode*dim]
+// [nnode*dim] line of *INITIAL CONDITIONS with the velocity of a dof before step k, 0: none
 IntVec lines_of_velocity(const Model& m, int k)
 {
   IntVec line(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0);
@@ -131,7 +131,7 @@ void warn_other_velocity(const Prescribed& b, const OtherVelocity& x)
            b.place.file.c_str(), b.place.line, x.nodes, x.label, x.line);
 }
 
-// dofs whose motion the step before prescribes already [nnode*dim]; static: they have no velocity
+// dofs prescribed in the last step already [nnode*dim]; static: none, as they have no velocity
 std::vector<char> supported_before(const Model& m, int k)
 {
   std::vector<char> before(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0);
@@ -142,8 +142,8 @@ std::vector<char> supported_before(const Model& m, int k)
   return before;
 }
 
-// Puts the rates of one *BOUNDARY at the start of the step into v; other: where *INITIAL CONDITIONS give
-// another velocity. Returns whether any was another
+// Sets v to the rates of one *BOUNDARY at the start of the step; other: nodes where *INITIAL CONDITIONS
+// differ. True: v has changed
 bool support_velocities(const Model& m, const Step& step, const Prescribed& b, double time,
                         const std::vector<char>& before, const IntVec& line, RealVec& v, OtherVelocity& other)
 {
@@ -176,8 +176,8 @@ bool has_contact(const Model& m)
   return false;
 }
 
-// contact looks at the start for surfaces that overlap. What touches takes the stiffness and the friction of
-// what it meets before it pushes
+// finds overlapping surfaces at the start. Touching contact points get stiffness and friction of their face
+// before they push
 int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& pairs)
 {
   RealVec xb;
@@ -275,17 +275,17 @@ int step_open(Problem& p)
 
 namespace {
 
-// largest component of the velocities; in statics of the rates of nodes in the last increment
+// largest velocity component; in statics: rate of nodes in the last increment
 double fastest(const MeshPart& part, const State& st, bool is_static)
 {
-  double most = 0.0;
+  double largest = 0.0;
   for (const RealVec* v : {is_static ? &st.rate : &st.n.v, &st.n.vc})
-    for (double x : *v) most = std::max(most, std::fabs(x));
-  return part.on ? comm_allreduce_max(most) : most;
+    for (double x : *v) largest = std::max(largest, std::fabs(x));
+  return part.on ? comm_allreduce_max(largest) : largest;
 }
 
-// stays: the active grid moves along with corners and bonds; known: it is the one that is here, with all
-// lists that this rank needs. The same on all ranks
+// stays: the active grid moves with corners and bonds; known: this rank has it, with all lists needed.
+// The same on all ranks
 void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
 {
   const State& st = p.st;
@@ -300,9 +300,9 @@ void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
   known = no[1] == 0.0;
 }
 
-// the active grid, where it was laid or, when that does not stay, where corners and bonds are now. A grid
-// that is made again after a restart or a division shows only then whether bodies meet through it, and may
-// not stay
+// the active grid, at its last position or, if it does not stay, at the present positions of corners and
+// bonds. A grid rebuilt after a restart or a repartitioning shows only then whether bodies share it; then it
+// may not stay
 Failure lay_grid(Problem& p, const RealVec& xb, bool stays)
 {
   State& st = p.st;
@@ -324,22 +324,22 @@ Failure lay_grid(Problem& p, const RealVec& xb, bool stays)
   return STATUS_OK;
 }
 
-// An explicit increment keeps what its places of contact meet while nothing has moved by this part of the
-// smallest face since the search. Test: X2 (x2_discs)
-const double SEARCH_AGAIN = 0.02;
+// Explicit steps keep contact faces until a node moved by this part of the smallest face since the search.
+// Test: X2 (x2_discs)
+const double SEARCH_MOVE = 0.02;
 
-// In explicit steps the pressure of contact grows from so many times the depth on: what has come that deep in
-// one increment would be thrown back by more than is stable. Test: X6 (g3_explicit)
-const double LATER = 4.0;
+// Factor of the depth from which the contact pressure grows, in explicit steps: otherwise a point that
+// penetrates so far in one increment would be rejected faster than is stable. Test: X6 (g3_explicit)
+const double DEPTH_FACTOR = 4.0;
 
 double largest_change(const RealVec& a, const RealVec& b)
 {
-  double most = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, std::fabs(a[i] - b[i]));
-  return most;
+  double largest = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::fabs(a[i] - b[i]));
+  return largest;
 }
 
-// may the places of contact keep what they meet? The same on all ranks
+// may contact points keep their faces? The same on all ranks
 bool contact_stays(const Problem& p, const Step& s)
 {
   const ContactFound& f = p.stable.found;
@@ -347,10 +347,10 @@ bool contact_stays(const Problem& p, const Step& s)
   bool stays = s.explicit_steps() && f.step == st.log.step && f.bonds == st.bonds.nbond_all() &&
                f.changes == st.frac.nconverted + st.frac.nreleased && f.u.size() == st.n.u.size() &&
                f.uc.size() == st.n.uc.size() && p.d.pairs.gap.size() == static_cast<size_t>(st.bonds.nbond);
-  double most[2] = {stays ? 0.0 : 1.0, 0.0};
-  if (stays) most[1] = std::max(largest_change(f.u, st.n.u), largest_change(f.uc, st.n.uc));
-  if (p.m.part.on) comm_max(most, 2);
-  return most[0] == 0.0 && std::sqrt(p.m.dim) * most[1] < SEARCH_AGAIN * f.size;
+  double largest[2] = {stays ? 0.0 : 1.0, 0.0};
+  if (stays) largest[1] = std::max(largest_change(f.u, st.n.u), largest_change(f.uc, st.n.uc));
+  if (p.m.part.on) comm_max(largest, 2);
+  return largest[0] == 0.0 && std::sqrt(p.m.dim) * largest[1] < SEARCH_MOVE * f.size;
 }
 
 void note_contact(Problem& p)
@@ -370,12 +370,12 @@ void note_contact(Problem& p)
   for (int b = 0; b < st.bonds.nbond; ++b)
     if (st.bonds.side[b] == SIDE_CONTACT && p.d.pairs.master.count(b) && general.empty())
       f.size = std::min(f.size, p.d.pairs.size[b]);
-  for (size_t k = 0; k < general.size(); ++k)        // nor do points that were squeezed when released
+  for (size_t k = 0; k < general.size(); ++k)        // nor do points squeezed at their release
     if (grains || skin[k].points != 2) f.size = std::min(f.size, general[k]);
   if (p.m.part.on) f.size = -comm_allreduce_max(-f.size);
 }
 
-// what places of contact meet, and their stiffness. FACES_UNKNOWN
+// faces and stiffness of contact points. FACES_UNKNOWN
 Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
 {
   State& st = p.st;
@@ -383,7 +383,7 @@ Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
   if (contact_stays(p, s)) {
     for (int b = 0; b < st.bonds.nbond && st.n.time > p.stable.found.time; ++b)
       if (p.d.pairs.master.count(b)) p.d.pairs.gap[b] = st.n.slip[b * p.m.dim];
-    p.d.pairs.searched = p.d.pairs.skipped = 0;      // what they meet stays
+    p.d.pairs.searched = p.d.pairs.skipped = 0;      // faces are kept
     timer_skip(PHASE_CONTACT);
     return STATUS_OK;
   }
@@ -396,7 +396,7 @@ Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
   scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);
   contact_search(p.m, st.points, st.bonds, st.n, xb, p.d.scene, p.d.pairs);
   for (double& deep : p.d.pairs.deep)
-    if (s.explicit_steps()) deep *= LATER;
+    if (s.explicit_steps()) deep *= DEPTH_FACTOR;
   contact_stiffness(st.n, p.m.dim, !is_static, p.d.pairs, st.bonds);
   contact_initial(st.n, p.m.dim, !is_static, st.bonds, p.d.pairs);
   st.log.contact_searched += p.d.pairs.searched;
@@ -412,10 +412,10 @@ Failure step_prepare(Problem& p, const Step& s)
   if (p.ready) return STATUS_OK;
   State& st = p.st;
   elem_rigid(p.m, s, p.d.el);
-  const std::array<size_t, 2> forms{{st.frac.converted.size(), st.frac.released.size()}};
-  if (!s.explicit_steps() || forms != p.stable.followed)
+  const std::array<size_t, 2> counts{{st.frac.converted.size(), st.frac.released.size()}};
+  if (!s.explicit_steps() || counts != p.stable.followed)
     frac_follow(p.m, st.frac, st.points, p.d.follow);
-  p.stable.followed = forms;
+  p.stable.followed = counts;
   RealVec xb;
   if (st.bonds.nbond_all()) {
     Timer timer(PHASE_BOND);
@@ -444,7 +444,7 @@ Failure step_prepare(Problem& p, const Step& s)
     timer_skip(PHASE_GRID);
     timer_skip(PHASE_PROJECT);
     p.d.grid = ActiveGrid();
-    p.d.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
+    p.d.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // only bonds to the ground and contact
   }
   dof_form(p.m, s, st, p.d, p.dofs);
   if (s.proc == PROC_DYNAMIC) {

@@ -12,19 +12,19 @@
 
 namespace {
 
-// Energy imbalance, relative to the peak energy, above which to warn: in motion; in statics, where the work
-// of a few large increments is taken by the trapezoidal rule. Test: A8 (stress/balance_limit), motion
-const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
+// Energy imbalance, relative to the peak energy, above which to warn: dynamics; statics, where the work of a
+// few large increments follows the trapezoidal rule. Test: A8 (stress/balance_limit), dynamics
+const double WARN_DYNAMIC = 0.01, WARN_STATIC = 0.2;
 
-// A run crawls when this number of increments in a row are shorter than this part of dt. Test: S8
+// A run crawls when this number of increments in a row is shorter than this part of dt. Test: S8
 // (stress/direct_crawls)
-const int CRAWLS = 100;
-const double CRAWLING = 1e-3;
+const int CRAWL_INCREMENTS = 100;
+const double CRAWL_PART = 1e-3;
 
-// Explicit increments from one look at compressed elements to the next
-const int LOOKS = 100;
+// Explicit increments between two checks for compressed elements
+const int COMPRESSED_EVERY = 100;
 
-// statics know no velocity: what moves is stopped, and its energy is lost
+// statics have no velocity: motion is stopped, and its energy is lost
 void stop_motion(State& st)
 {
   if (st.ledger.kinetic == 0.0) return;
@@ -36,7 +36,7 @@ void stop_motion(State& st)
 }
 
 // ---------------------------------------------------------------------------
-// break_time : the part of an increment after which the criterion has a value, since its root grows with the
+// break_time : the part of an increment at which the criterion reaches value; its root is proportional to the
 // load  (7.25)
 // ---------------------------------------------------------------------------
 double break_time(const BreakWatch& w, double value)
@@ -45,9 +45,8 @@ double break_time(const BreakWatch& w, double value)
   return from < goal && goal < to ? (goal - from) / (to - from) : 0.5;
 }
 
-// cuts the increment to end just below the first fracture, and sets the end of the next one, in which it
-// breaks.
-// False: it cannot be cut any more.
+// cuts the increment to end just below the first fracture, and sets the end of the next one, in which the
+// element breaks. False: no further cut is allowed.
 bool cut_to_break(const Model& m, const Step& s, const BreakWatch& w, double dt, int cuts, StepClock& clock,
                   double& shorter)
 {
@@ -84,7 +83,7 @@ void begin_step(const Step& s, State& st)
   ledger_begin_step(st.ledger);
 }
 
-// Supports that begin with step k. The kinetic energy that they take or give at once is work of theirs
+// Supports that begin with step k. They work on the kinetic energy that they change at once
 void begin_supports(Problem& p, int k)
 {
   State& st  = p.st;
@@ -107,15 +106,15 @@ void begin_supports(Problem& p, int k)
   st.ledger.external += change;
 }
 
-// can a shorter increment do better? Not without memory or a number, outside the grid, when the velocities at
-// t(n) are not found, or after a signal
+// can a shorter increment help? Not without memory or a finite value, outside the grid, without velocities at
+// t(n), or after a signal
 bool cut_helps(Status status)
 {
   return status != SOLVER_FAILED && status != BAD_VALUE && status != OUTSIDE_GRID && status != MASS_FAILED &&
          status != INTERRUPTED && status != FACES_UNKNOWN;
 }
 
-// how often increments were cut before the run stopped, and why they are not cut again
+// number of cuts before the run stopped, and why there is no further cut
 std::string cuts_text(const Model& m, const State& st, const Failure& f)
 {
   if (f.status == INTERRUPTED) return "stopped";
@@ -130,24 +129,24 @@ std::string cuts_text(const Model& m, const State& st, const Failure& f)
   return text + limit;
 }
 
-// Has a signal come, on any rank? In the same message: ranks take decisions from numbers that are the same on
-// all of them; when they are not, the machines differ
+// Was a signal received on any rank? The same message checks that results are equal on all ranks, since ranks
+// decide by them
 bool check_ranks(const State& st)
 {
   if (comm_size() == 1) return step_signalled();
   const double own[4] = {st.log.residual, st.ledger.strain, st.ledger.balance,
                           static_cast<double>(st.log.iterations)};
-  double most[9] = {static_cast<double>(interrupt_signal())};
+  double largest[9] = {static_cast<double>(interrupt_signal())};
   for (int k = 0; k < 4; ++k) {
-    most[1 + k] = own[k];
-    most[5 + k] = -own[k];
+    largest[1 + k] = own[k];
+    largest[5 + k] = -own[k];
   }
-  comm_max(most, 9);
+  comm_max(largest, 9);
   for (int k = 0; k < 4; ++k)
-    MPFE_CHECK(own[k] == most[1 + k] && own[k] == -most[5 + k],
+    MPFE_CHECK(own[k] == largest[1 + k] && own[k] == -largest[5 + k],
                "ranks computed different results: run all ranks on the same CPU type and build");
-  if (most[0] != 0.0 && !interrupt_signal()) interrupt_note(static_cast<int>(most[0]));
-  return most[0] != 0.0;
+  if (largest[0] != 0.0 && !interrupt_signal()) interrupt_note(static_cast<int>(largest[0]));
+  return largest[0] != 0.0;
 }
 
 Failure interrupted(Problem& p, Output& out)
@@ -160,26 +159,26 @@ Failure interrupted(Problem& p, Output& out)
   return {INTERRUPTED, note};
 }
 
-// An increment under way
+// Data of the present increment
 struct Increment {
-  StepLog before;              // of the increment before
-  StepClock clock;             // when it began
+  StepLog before;              // of the last increment
+  StepClock clock;             // at its start
   Ledger ledger;
-  int cuts = 0;                // of the step, before it
+  int cuts = 0;                // cuts of the step before it
   double dt = 0.0;             // of this attempt
-  double shorter = 0.0;        // of the next one, when this fails
-  UndoPoint undo;              // with fracture, from the begin of the first attempt on
-  bool undoes = false;         // undo is that of this increment
+  double shorter = 0.0;        // of the next attempt, if this one fails
+  UndoPoint undo;              // with fracture, from the start of the first attempt
+  bool undoes = false;         // undo belongs to this increment
   BreakWatch watch;
   HalfWatch half;
   RealVec energy;              // of step_increment
   int crawling = 0;            // increments in a row that are much shorter than dt
-  Status limit = STATUS_OK;    // why one was cut last, and in words
+  Status limit = STATUS_OK;    // reason of the last cut, and its text
   std::string limit_text;
 };
 
-// back to where the increment began
-void forget_attempt(Problem& p, Increment& inc, Output& out)
+// restores the state before the increment
+void discard_attempt(Problem& p, Increment& inc, Output& out)
 {
   if (inc.undoes) step_undo(p, inc.undo);
   out_erosion_undo(out);
@@ -187,38 +186,39 @@ void forget_attempt(Problem& p, Increment& inc, Output& out)
   p.st.ledger = inc.ledger;
 }
 
-// The run ends by its own error: the state of the last good increment stays, in a restart file too, when the
-// deck asks for such files. Returns how to go on from there
-std::string leave_good_state(Problem& p, Increment& inc, Output& out)
+// The run ends with an error: keeps the state of the last good increment, and writes it to a restart file if
+// the deck requests such files. Returns a text on how to continue
+std::string keep_good_state(Problem& p, Increment& inc, Output& out)
 {
   if (inc.undoes && !step_can_undo(p.st, inc.undo)) return "";
-  forget_attempt(p, inc, out);
+  discard_attempt(p, inc, out);
   p.st.clock = inc.clock;
   if (!p.m.output.restart.write || p.st.log.inc_total == 0) return "";
   out_restart(p.m, p.st, p.d.grid, true, out);
   return ". " + out.base + ".rst has the state before this increment: mpfe --restart " + out.base +
-         ".rst goes on from there, also with other *NEWTON and *SOLVER cards, another INC of *STEP, on other "
+         ".rst continues from it, also with other *NEWTON and *SOLVER cards, another INC of *STEP, on other "
          "ranks or another machine";
 }
 
-// within an increment: it is forgotten, but for files of what broke in it, and the run goes on with it
+// a signal within an increment: the increment is discarded, but for files of its fracture, and repeated when
+// the run continues
 Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
 {
   const std::string broke = out_unfinished(p.m, p.d.el, p.st, p.d.grid, out);
-  forget_attempt(p, inc, out);
+  discard_attempt(p, inc, out);
   Failure failure = interrupted(p, out);
   if (!broke.empty()) failure.note += ". " + broke;
   return failure;
 }
 
-// The run stops where the increment began, to be divided again with the faces that come near
+// The run stops at the start of the increment, to be repartitioned with the near faces
 Failure stop_for_faces(Problem& p, const StepLog& before, const StepClock& clock)
 {
   if (p.next.stays) return DIVISION_FAILED;
   log_note("  contact faces owned by other ranks have come within search range: the model is divided again");
   p.st.log   = before;
   p.st.clock = clock;
-  p.again    = AGAIN_NEAR;
+  p.again    = AGAIN_FACES;
   return STATUS_OK;
 }
 
@@ -228,7 +228,7 @@ void begin_undo(State& st, bool copy, Increment& inc)
   inc.undoes = true;
 }
 
-// grid, rows, pattern and mass at t(n), the length of the first attempt, and the way back
+// grid, rows, pattern and mass at t(n), the length of the first attempt, and the undo point
 Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& stops, Increment& inc)
 {
   State& st  = p.st;
@@ -244,7 +244,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   const bool moves = s.proc == PROC_DYNAMIC;
   if (p.d.fm.on && !moves) begin_undo(st, true, inc);
   Failure failure = step_prepare(p, s);
-  if (failure.ok() && !step_knows_near(p)) failure = FACES_UNKNOWN;
+  if (failure.ok() && !step_contact_faces_known(p)) failure = FACES_UNKNOWN;
   if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, inc.before, inc.clock);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
@@ -254,7 +254,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
     step_undo_later(inc.undo);
     inc.undoes = true;
   } else if (p.d.fm.on && moves) {
-    begin_undo(st, false, inc);                      // with the first acceleration
+    begin_undo(st, false, inc);                      // after the initial acceleration
   }
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
@@ -264,7 +264,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   return failure;
 }
 
-// the increment over inc.dt; when it is good, it is t(n), and what breaks then breaks
+// one attempt over inc.dt; if it converges, its end becomes t(n), and elements break
 Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
 {
   State& st = p.st;
@@ -294,12 +294,12 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   return failure;
 }
 
-// back to t(n) after an attempt that failed, with the ledger of before. True: a shorter one follows
+// restores t(n) after a failed attempt, with the ledger of before. True: a shorter attempt follows
 bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failure& failure, Output& out)
 {
   if (!cut_helps(failure.status)) return false;
   State& st = p.st;
-  failure.note = step_explain(p, failure);           // in the words of the state that is undone
+  failure.note = step_explain(p, failure);           // explains the state before it is undone
   const StepClock clock = st.clock;
   if (p.d.fm.on) step_undo(p, inc.undo);
   out_erosion_undo(out);
@@ -324,10 +324,10 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   return true;
 }
 
-// of what is allowed; 0: not asked for, or nothing moves
+// half-increment residual relative to its limit; 0: not requested, or nothing moves
 double half_part(const HalfWatch& half) { return half.residual > 0.0 ? half.residual / half.limit : 0.0; }
 
-// what later half-increment residuals are compared with
+// updates the reference values of later half-increment residuals
 void note_forces(double dt, const HalfWatch& half, const Ledger& ledger, StepClock& c)
 {
   c.impulse += half.force * dt;
@@ -335,12 +335,12 @@ void note_forces(double dt, const HalfWatch& half, const Ledger& ledger, StepClo
   c.energy = std::max(c.energy, ledger.strain + ledger.bond);
 }
 
-// where the tangent of flow is not symmetric Anderson's method takes three times the iterations that a whole
-// tangent would. Test: C10 (strength/dp_triaxial.inp)
-const int LOPSIDED_ITERATIONS = 3;
+// Factor of the iterations of Anderson's method for an unsymmetric flow tangent, compared with the full
+// tangent. Test: C10 (strength/dp_triaxial.inp)
+const int UNSYMMETRIC_ITERATIONS = 3;
 
-// clock and log go on behind a good increment
-//   in   slow   iterations over those of a tangent that is exact
+// advances clock and log after a converged increment
+//   in   slow   iterations relative to those of an exact tangent
 void accept(const Step& s, double dt, int slow, const HalfWatch& half, State& st)
 {
   if (st.clock.most == 0.0 && !st.eroded.empty()) st.clock.most = st.clock.dt;
@@ -354,22 +354,23 @@ void accept(const Step& s, double dt, int slow, const HalfWatch& half, State& st
   st.log.t_step = st.clock.t;
 }
 
-// what helps against increments that this has cut, whatever their length
+// advice against repeated cuts by this failure
 const char* crawl_advice(Status limit)
 {
-  if (limit == HALF_RESIDUAL) return "a larger dt min, or a larger HAFTOL, lets longer ones pass";
+  if (limit == HALF_RESIDUAL) return "a larger dt min or HAFTOL accepts longer increments";
   if (limit == BAD_JACOBIAN)
-    return "look at what lies there: a finer mesh, or *CONVERSION and *EIGENFRACTURE for what is crushed";
-  return "look at what moves there (*VTK) for a mechanism or an instability; *NEWTON, MAX ITER= and LINE "
+    return "check the mesh there: refine it, or use *CONVERSION and *EIGENFRACTURE for crushed material";
+  return "check the motion there (*VTK) for a mechanism or an instability; *NEWTON, MAX ITER= and LINE "
          "SEARCH= help a slow iteration; dt min of *STATIC or *DYNAMIC ends such a run";
 }
 
-// says once a step that increments stay much shorter than dt, and why
+// warns once a step of increments much shorter than dt, with the cause
 void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warned)
 {
   if (s.explicit_steps()) return;
-  inc.crawling = inc.dt < CRAWLING * s.dt && st.clock.dt < CRAWLING * s.dt ? inc.crawling + 1 : 0;
-  if (inc.crawling < CRAWLS || !warned.insert("crawl " + std::to_string(st.log.step)).second) return;
+  inc.crawling = inc.dt < CRAWL_PART * s.dt && st.clock.dt < CRAWL_PART * s.dt ? inc.crawling + 1 : 0;
+  if (inc.crawling < CRAWL_INCREMENTS) return;
+  if (!warned.insert("crawl " + std::to_string(st.log.step)).second) return;
   const std::string why =
       inc.limit == STATUS_OK ? "none of them was cut by this run"
                              : "the last cut: " + (inc.limit_text.empty()
@@ -380,31 +381,31 @@ void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warne
            st.log.step, st.n.time, inc.crawling, s.dt, inc.dt, why.c_str(), crawl_advice(inc.limit));
 }
 
-// what the user should know of the new state
+// warnings on the new state
 void warn_of_state(Problem& p, const Step& s)
 {
   const State& st = p.st;
-  const int every = s.explicit_steps() ? LOOKS : 10;
+  const int every = s.explicit_steps() ? COMPRESSED_EVERY : 10;
   if (s.proc == PROC_STATIC || st.log.inc_total % every == 0 || clock_over(s, st.clock))
     step_warn_compressed(p.m, p.d.el, p.d.point_law, st, s, p.warned);
   if (p.d.fm.on) step_warn_loose(p.m, p.d, p.dofs, st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }
 
-// an increment that is less accurate than the deck asks for; the first one of a step that may not be cut is
-// told to the user
-void tell_half(const State& st, const HalfWatch& half, Warned& warned)
+// notes an increment less accurate than requested; warns of the first one of a step that may not be cut
+void report_half(const State& st, const HalfWatch& half, Warned& warned)
 {
   if (half.jumps)
-    log_note("  accepted: the force jumps within the increment, and shorter ones have the same residual");
+    log_note("  accepted: the force jumps within the increment, and shorter increments have the same "
+             "residual");
   if (half.least) log_note("  accepted: the increment may not be cut any more");
   if (!half.least || !warned.insert("half " + std::to_string(st.log.step)).second) return;
-  log_warn("step %d, time %.8g: the half-increment residual is %.3g, %.3g times what is allowed, and the "
-           "increment is not cut any more (dt min, MAX CUT); the listing has those of all increments",
+  log_warn("step %d, time %.8g: the half-increment residual is %.3g, %.3g times its limit, and the "
+           "increment is not cut any more (dt min, MAX CUT); the listing has the residuals of all increments",
            st.log.step, st.n.time, half.residual, half_part(half));
 }
 
-// what a rank has warned of once, others do not say again. Collective with a divided model
+// other ranks do not repeat a warning. Collective with a divided model
 void share_warned(Problem& p)
 {
   if (!p.m.part.on || comm_allreduce_max(static_cast<int>(p.warned.size() != p.warned_all)) == 0) return;
@@ -415,9 +416,9 @@ void share_warned(Problem& p)
   p.warned_all = p.warned.size();
 }
 
-// explicit: a run that goes on from the file just written knows neither velocity nor acceleration of the
-// grid; this one forgets them, so that both go on alike to the last bit. Collective.
-void forget_grid(Problem& p, const Output& out)
+// explicit: a run restarted from the file just written has neither velocity nor acceleration of the grid.
+// This run discards them too, so that both continue bitwise alike. Collective.
+void discard_grid(Problem& p, const Output& out)
 {
   if (comm_bcast(static_cast<int>(out.restart_inc == p.st.log.inc_total)) == 0) return;
   p.newton.grid = GridVelocity();
@@ -451,11 +452,11 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     }
     if (failure.status == INTERRUPTED) return interrupted_inside(p, inc, out);
     if (failure.status == FACES_UNKNOWN) {
-      forget_attempt(p, inc, out);
+      discard_attempt(p, inc, out);
       return stop_for_faces(p, inc.before, inc.clock);
     }
     if (!failure.ok()) return failure;
-    accept(s, inc.dt, step_flow_lopsided(p.m) ? LOPSIDED_ITERATIONS : 1, inc.half, st);
+    accept(s, inc.dt, step_flow_unsymmetric(p.m) ? UNSYMMETRIC_ITERATIONS : 1, inc.half, st);
     if (s.explicit_steps() && out_reads_ledger(p.m, st))
       ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
     warn_of_state(p, s);
@@ -464,10 +465,10 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     share_warned(p);
     // 6. write
     out_increment(p.m, p.d.el, st, p.d.grid, out);
-    tell_half(st, inc.half, p.warned);
+    report_half(st, inc.half, p.warned);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
-    if (s.explicit_steps() && p.m.output.restart.write) forget_grid(p, out);
+    if (s.explicit_steps() && p.m.output.restart.write) discard_grid(p, out);
   }
   check_ranks(st);
   return STATUS_OK;
@@ -475,22 +476,22 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
 
 void warn_conversion(const Ledger& g)
 {
-  if (g.conversion < -TOLD_MOTION * g.scale)
+  if (g.conversion < -WARN_DYNAMIC * g.scale)
     log_warn("conversion to points added %.1f %% of the energy (ECONV %.4g): use elements and cells of equal "
              "size, or smaller increments",
              -100.0 * g.conversion / g.scale, g.conversion);
 }
 
 // ---------------------------------------------------------------------------
-// judge_balance : has more energy come from nowhere in a step, or been lost, than *STEP, BALANCE= allows?
-// Then it is an error; less is a warning. Loss is what a dissipating scheme is for; in statics the work of a
-// few large increments is taken by the trapezoidal rule, so only a gross error counts.   doc/theory.md (6.13)
+// judge_balance : compares the energy imbalance of a step with *STEP, BALANCE=: above it an error, else a
+// warning. Loss is intended in a dissipating scheme. In statics the work of a few large increments follows
+// the trapezoidal rule, so only a gross error counts.                                doc/theory.md (6.13)
 // ---------------------------------------------------------------------------
 void judge_balance(const Step& s, int number, Ledger& g)
 {
   const bool moves   = s.proc == PROC_DYNAMIC;
   const double change = g.balance - g.balance0, off = std::fabs(change);
-  // energies of a step in which nothing happens are what Newton's method leaves of those before
+  // energies of a step without motion are residuals of Newton's method in earlier steps
   if (g.step_scale <= std::max(g.rounding, s.ctl.tol_force * g.scale)) return;
   if (change < 0.0 && moves && scheme_of(s).dissipates(s)) return;
   const double part = off / g.step_scale;
@@ -500,14 +501,14 @@ void judge_balance(const Step& s, int number, Ledger& g)
               number, 100.0 * part, change, g.step_scale, 100.0 * s.balance,
               moves ? ", or SCHEME=ENERGY-MOMENTUM" : "");
     ++g.off;
-  } else if (part > (moves ? TOLD_MOTION : TOLD_STATICS)) {
+  } else if (part > (moves ? WARN_DYNAMIC : WARN_STATIC)) {
     log_warn("step %d: the energy balance is off by %.1f %% (%.4g of %.4g): repeat with smaller increments "
              "to see whether the results are reliable",
              number, 100.0 * part, change, g.step_scale);
   }
 }
 
-// what each rank did, for the listing; nothing on one rank
+// work of each rank, for the listing; nothing on one rank
 void load_of_ranks(const Elements& el, const Dofs& dofs, std::vector<RankLoad>& ranks)
 {
   if (comm_size() == 1) return;
@@ -532,13 +533,13 @@ void warn_few_points(const Points& pts, const ActiveGrid& grid)
            pts.npoint_all(), grid.of_all.cells);
 }
 
-// why the run has stopped, and how it goes on
-void tell_failure(Problem& p, const Failure& failure, Increment& inc, Output& out)
+// why the run has stopped, and how to continue it
+void report_failure(Problem& p, const Failure& failure, Increment& inc, Output& out)
 {
   const StepLog log = p.st.log;
   const double time = p.st.n.time;
   std::string text  = cuts_text(p.m, p.st, failure) + ". " + step_explain(p, failure);
-  if (failure.status != INTERRUPTED) text += leave_good_state(p, inc, out);
+  if (failure.status != INTERRUPTED) text += keep_good_state(p, inc, out);
   log_error("step %d, increment %d, time %.8g: %s", log.step, log.inc, time, text.c_str());
 }
 
@@ -556,7 +557,7 @@ int begin_run(Problem& p, Output& out)
   return out_open(p.m, p.d.el, p.st, p.d.grid, out);
 }
 
-// state and output of the restart file; what follows from the state is made again
+// state and output of the restart file; derived data are rebuilt
 int continue_run(Problem& p, Archive& f, Output& out)
 {
   const Points begin = p.st.points;
@@ -573,7 +574,7 @@ int continue_run(Problem& p, Archive& f, Output& out)
   return 0;
 }
 
-// the same in a model that is divided in another way
+// the same in a repartitioned model
 void resume_run(Problem& p, Archive& f, Output& out)
 {
   const Points begin = p.st.points;
@@ -582,7 +583,7 @@ void resume_run(Problem& p, Archive& f, Output& out)
              "the repeated conversion gives other points");
   elem_refresh(p.d.el);
   p.ready = false;
-  heap_give_back();                      // what reading the deck and the state took
+  heap_give_back();                      // memory of reading the deck and the state
 }
 
 int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
@@ -595,7 +596,7 @@ int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
   return 0;
 }
 
-// of a run that has ended; off: a check failed, or energy is missing
+// exit code of a run; off: a check failed, or energy is missing
 int exit_code(const Model& m, Status status, bool off)
 {
   if (status == SOLVER_FAILED || status == DIVISION_FAILED) return EXIT_RESOURCE;
@@ -630,7 +631,7 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
     Increment inc;
     failure = run_step(p, p.m.step[k], inc, out);
     if (p.again) return EXIT_GOOD;
-    if (!failure.ok()) tell_failure(p, failure, inc, out);
+    if (!failure.ok()) report_failure(p, failure, inc, out);
     out_step_end(p.m, p.st, out);
     if (failure.ok()) judge_balance(p.m.step[k], p.st.log.step, p.st.ledger);
   }

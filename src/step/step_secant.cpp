@@ -9,8 +9,8 @@
 
 namespace {
 
-const std::size_t MOST_SECANTS = 6;
-const double SAME_DIRECTION = 1e-10;   // secants that others already hold are left out
+const std::size_t MAX_SECANTS = 6;
+const double DEPENDENT = 1e-10;   // threshold of linearly dependent secants
 
 }  // namespace
 
@@ -34,7 +34,7 @@ void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx
       h.du.back()[i] -= h.last_du[i];
       h.dx.back()[i] -= h.last_dx[i];
     }
-    if (h.du.size() > MOST_SECANTS) {
+    if (h.du.size() > MAX_SECANTS) {
       h.du.erase(h.du.begin());
       h.dx.erase(h.dx.begin());
     }
@@ -48,7 +48,7 @@ void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx
     }
     A = size.asDiagonal() * A * size.asDiagonal();
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(n, n);
-    solver.setThreshold(SAME_DIRECTION);
+    solver.setThreshold(DEPENDENT);
     solver.compute(A);
     const Eigen::VectorXd w = size.asDiagonal() * solver.solve(size.asDiagonal() * b);
     for (int k = 0; k < n; ++k)

@@ -3,7 +3,7 @@
 
 namespace {
 
-// [neq] at t(n): loads of this step less those at the end of the step before; within a step none
+// [neq] at t(n): loads of this step less those at the end of the last step; 0 within a step
 RealVec load_jump(Problem& p, const Attempt& a)
 {
   const int number = p.st.log.step;
@@ -19,13 +19,13 @@ RealVec load_jump(Problem& p, const Attempt& a)
   return jump;
 }
 
-// where the energy goes of forces that neither a load that jumps nor a support that was removed explains
+// ledger entry of forces that are not due to a load jump or a removed support
 double* other_cause(Problem& p)
 {
   Ledger& g        = p.st.ledger;
   const int number = p.st.log.step;
   const bool first = p.st.log.inc == 1;
-  if (first && number == 1) return &g.overlap;       // nothing is strained yet: it is contact
+  if (first && number == 1) return &g.overlap;       // no stress yet: contact
   if (first && p.m.step[number - 2].proc == PROC_DYNAMIC) return &g.stopped;
   return p.d.grid.of_all.nodes > 0 ? &g.renewal : nullptr;
 }
@@ -41,9 +41,9 @@ RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a)
 }
 
 // ---------------------------------------------------------------------------
-// step_settle : R0 falls to 0 while the dofs move by du                             doc/theory.md (6.15)
+// step_settle : energy loss while R0 falls to 0 over the displacement du           doc/theory.md (6.15)
 //
-// Elements that break leave forces too, which are counted there (dt = 0).
+// The forces left by broken elements are counted in step_fracture (dt = 0).
 // ---------------------------------------------------------------------------
 void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec& R0)
 {
@@ -55,10 +55,10 @@ void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec
   for (int i = 0; i < dofs.rows.neq(); ++i) {
     if (dofs.bound.fixed[i] || !dofs.rows.counts(i)) continue;
     const int r     = i / dim;
-    const bool held = p.st.log.inc == 1 && r < dofs.rows.nfe &&
+    const bool support = p.st.log.inc == 1 && r < dofs.rows.nfe &&
         rf0[dofs.rows.node_of_row[r] * dim + i % dim] != 0.0;
     lost[0] += 0.5 * jump[i] * a.du[i];
-    lost[held ? 1 : 2] -= 0.5 * (R0[i] + jump[i]) * a.du[i];
+    lost[support ? 1 : 2] -= 0.5 * (R0[i] + jump[i]) * a.du[i];
   }
   for (double& x : lost) x = dof_total(dofs, x);
   p.st.ledger.sudden += lost[0];

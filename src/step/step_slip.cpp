@@ -7,9 +7,9 @@
 
 namespace {
 
-// Vectors. Test: A8 (contact/friction_punch.inp)
-const int MOST = 60;
-const double DEPENDENT = 1e-14;        // nothing new is left of a vector
+// Max. number of vectors. Test: A8 (contact/friction_punch.inp)
+const int MAX_VECTORS = 60;
+const double DEPENDENT = 1e-14;        // rest of a linearly dependent vector
 
 void add(RealVec& x, double part, const RealVec& v)
 {
@@ -19,8 +19,8 @@ void add(RealVec& x, double part, const RealVec& v)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// step_slip : (A + E) x = f by flexible generalised minimal residuals, in the norm of the inverse diagonal;
-// z = M^-1 v need not be exact, nor the same map twice                                              (6.23)
+// step_slip : (A + E) x = f by flexible GMRES in the norm of the inverse diagonal; z = M^-1 v may be inexact
+// and change from call to call                                                                      (6.23)
 // ---------------------------------------------------------------------------
 Status step_slip(const SlipSystem& system, const RealVec& f, double eta, RealVec& x, double& left)
 {
@@ -31,15 +31,15 @@ Status step_slip(const SlipSystem& system, const RealVec& f, double eta, RealVec
   if (size == 0.0) return STATUS_OK;
   std::vector<RealVec> v{f}, z;
   for (double& value : v[0]) value /= size;
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(MOST + 1, MOST);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(MAX_VECTORS + 1, MAX_VECTORS);
   Eigen::VectorXd part;
-  for (int n = 1; n <= MOST; ++n) {
+  for (int n = 1; n <= MAX_VECTORS; ++n) {
     z.emplace_back();
     const Status status = system.precondition(v[n - 1], z[n - 1]);
     if (status != STATUS_OK) return status;
     RealVec w;
     system.multiply(z[n - 1], w);
-    for (int pass = 0; pass < 2; ++pass)               // twice: orthogonal to rounding
+    for (int pass = 0; pass < 2; ++pass)               // twice: orthogonal to round-off
       for (int i = 0; i < n; ++i) {
         const double along = step_product(v[i], w, weight);
         H(i, n - 1) += along;

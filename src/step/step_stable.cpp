@@ -9,39 +9,39 @@
 
 namespace {
 
-// The increment is looked at again after so many, since elements deform
-const int LOOKS_AGAIN = 20;
-// and measured again after so many when there are bonds, since the grid moves
-const int MEASURES_AGAIN = 200;
-// Increments of a stage, in which the increment only shrinks. One that follows the motion drives what it
-// follows: contact that opens and closes with an oscillation of four increments makes it grow by 1 % in each.
-// Test: gallery (decks/sphere.inp), whose grains burst at 170 us
+// Increments after which the stable increment is computed again, since elements deform
+const int CHECK_EVERY = 20;
+// Increments after which it is measured again when there are bonds, since the grid moves
+const int MEASURE_EVERY = 200;
+// Increments of a stage, in which the increment only decreases. An increment that follows the motion drives
+// it: contact that opens and closes with an oscillation of four increments makes it grow by 1 % in each.
+// Test: gallery (decks/sphere.inp), whose particles burst at 170 us
 const int STAGE = 20;
-// Lanczos' method: vectors. The largest frequency of a system is then known to 1 or 2 %
+// Lanczos' method: number of vectors. The largest frequency of a system is then accurate to 1 or 2 %
 const int VECTORS = 24;
-// Size of the motion that measures the stiffness, of the mean size of elements and cells
-const double MOVE = 1e-7;
+// Displacement to measure the stiffness, relative to the mean size of elements and cells
+const double PERTURBATION = 1e-7;
 
-// to three digits, which other ranks and another order of sums leave as they are
+// to three digits, independent of the ranks and the order of sums
 double rounded(double x)
 {
   const double unit = std::pow(10.0, std::floor(std::log10(x)) - 2.0);
   return unit * std::floor(x / unit);
 }
 
-// what makes frequencies larger at once: points that come
+// events that raise frequencies at once: converted and released points
 long changes(const State& st) { return st.frac.nconverted + st.frac.nreleased; }
 
 // K x by a small motion from t(n); f0: internal force there
 Failure stiffness_times(Problem& p, const KernelMode& mode, const RealVec& f0, const RealVec& x, RealVec& y)
 {
   const Dofs& s = p.dofs;
-  double most = 0.0;
-  for (double v : x) most = std::max(most, std::fabs(v));
-  most = dof_largest(s, most);
+  double largest = 0.0;
+  for (double v : x) largest = std::max(largest, std::fabs(v));
+  largest = dof_largest(s, largest);
   y.assign(s.rows.neq(), 0.0);
-  if (most == 0.0) return STATUS_OK;
-  const double scale = MOVE * s.rows.h_mean / most;
+  if (largest == 0.0) return STATUS_OK;
+  const double scale = PERTURBATION * s.rows.h_mean / largest;
   RealVec du(x);
   for (double& v : du) v *= scale;
   Jumps jumps;
@@ -51,7 +51,7 @@ Failure stiffness_times(Problem& p, const KernelMode& mode, const RealVec& f0, c
   return failure;
 }
 
-// a start without symmetry, the same on all ranks
+// a start vector without symmetry, the same on all ranks
 RealVec first_vector(const MeshPart& part, const Dofs& s)
 {
   RealVec x(s.rows.neq());
@@ -73,8 +73,8 @@ Failure mass_inverse(const Dofs& s, const RealVec& f, bool points, RealVec& y)
   return STATUS_OK;
 }
 
-// square of the largest frequency of M^-1 K by Lanczos' method; MASS_FAILED: of as many vectors as there
-// were. The masses of debris may be singular to rounding; a difference of forces is rounding there     (6.32)
+// square of the largest frequency of M^-1 K by Lanczos' method; MASS_FAILED: by the vectors so far. The
+// masses of debris may be singular to round-off; there a difference of forces is round-off too        (6.32)
 Failure measure(Problem& p, const Step& s, double& omega2)
 {
   const Dofs& d = p.dofs;
@@ -115,16 +115,16 @@ Failure measure(Problem& p, const Step& s, double& omega2)
   return failure;
 }
 
-// the stiffness of contact b at its gap, which grows where it is deep                            (4.21)
+// the stiffness of contact point k at its gap, which increases with the depth                   (4.21)
 double contact_slope(const Bonds& b, int k, double gap)
 {
   const double beyond = b.beyond(k, gap);
   return std::max(b.cn[k], b.ct[k]) + 3.0 * b.growth(k) * beyond * beyond;
 }
 
-// calls use(place, weight) for the nodes n and the corners nnode + c that contact bond k ties
+// calls use(item, weight) for the nodes n and the corners nnode + c of contact point k and its face
 template <class Use>
-void each_place(const Problem& p, int k, Use use)
+void each_item(const Problem& p, int k, Use use)
 {
   const Bonds& b           = p.st.bonds;
   const ContactPairs& pair = p.d.pairs;
@@ -133,10 +133,10 @@ void each_place(const Problem& p, int k, Use use)
     use(pair.master.item[j], std::fabs(pair.master_w[j]));
 }
 
-// mass of nodes and corners that contact pushes at, of all ranks; a consistent mass counts by its smallest
-// part                                                                                         (6.34)
+// mass of nodes and corners under contact forces, summed over ranks; of a consistent mass its smallest
+// eigenvalue counts                                                                            (6.34)
 //   out  mass [nnode + ncorner]
-void masses_at(const Problem& p, RealVec& mass)
+void contact_masses(const Problem& p, RealVec& mass)
 {
   const Dofs& s       = p.dofs;
   const Points& pts   = p.st.points;
@@ -152,13 +152,13 @@ void masses_at(const Problem& p, RealVec& mass)
   mass.assign(nnode, 0.0);
   for (int n = 0; n < nnode; ++n)
     if (s.rows.row_of_node[n] >= 0) mass[n] = s.mass.lumped[s.rows.row_of_node[n]];
-  if (comm_size() > 1) halo_copy(p.m.part.halo, 1, mass);      // faces of other ranks have nodes without rows
+  if (comm_size() > 1) halo_copy(p.m.part.halo, 1, mass);      // nodes of faces of other ranks have no rows
   for (size_t c = 0; c < corner.size(); ++c)
     mass.push_back(corner[c] * (coupled[c] > 0.0 ? 1.0 / (1 << s.rows.dim) : 1.0));
 }
 
-// the stiffness of contact at nodes and corners, of all ranks
-void sum_places(const Problem& p, RealVec& stiff)
+// sums the contact stiffness at nodes and corners over ranks
+void sum_contact_stiffness(const Problem& p, RealVec& stiff)
 {
   const int nnode = p.m.mesh.nnode();
   const Points& pts = p.st.points;
@@ -170,35 +170,35 @@ void sum_places(const Problem& p, RealVec& stiff)
   std::copy(corner.begin(), corner.end(), stiff.begin() + nnode);
 }
 
-// bounds the square of the frequency that contact adds: for each node or corner its stiffness over its mass
-//                                                                                              (6.32)
+// upper bound of the square of the contact frequency: the largest ratio of stiffness to mass of a node or
+// corner                                                                                       (6.32)
 //   out  push [nnode + ncorner];  returns the largest. Collective.
 double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
 {
   const Dofs& s  = p.dofs;
   const Bonds& b = p.st.bonds;
-  double most = 0.0;
+  double largest = 0.0;
   push.assign(mass.size(), 0.0);
   for (int k : s.rows.bond_acts) {
     if (b.side[k] != SIDE_CONTACT) continue;
     const double slope = contact_slope(b, k, p.st.n.slip[k * s.rows.dim]);
     double sum = 0.0;
-    each_place(p, k, [&](int, double w) { sum += w; });
-    each_place(p, k, [&](int place, double w) { push[place] += slope * sum * w; });
+    each_item(p, k, [&](int, double w) { sum += w; });
+    each_item(p, k, [&](int item, double w) { push[item] += slope * sum * w; });
   }
-  sum_places(p, push);
+  sum_contact_stiffness(p, push);
   for (size_t k = 0; k < push.size(); ++k) {
     push[k] = mass[k] > 0.0 ? push[k] / mass[k] : 0.0;
-    most    = std::max(most, push[k]);
+    largest    = std::max(largest, push[k]);
   }
-  return comm_allreduce_max(most);
+  return comm_allreduce_max(largest);
 }
 
-// Part of the square of the largest frequency of the elements that contact may add, where its penalty is that
-// of the program; the increment becomes shorter by sqrt(1 + SOFT). Test: X6 (explicit impact)
-const double SOFT = 0.5;
+// Max. square of the contact frequency with default penalties, relative to that of the elements; the
+// increment decreases by sqrt(1 + CONTACT_PART). Test: X6 (explicit impact)
+const double CONTACT_PART = 0.5;
 
-// penalties of contact points that do not push are kept so small that the increment need not follow them
+// limits the penalties of contact points that do not push, so that the increment need not follow them
 void soften_contact(Problem& p, double limit, const RealVec& push)
 {
   const Dofs& s = p.dofs;
@@ -207,25 +207,25 @@ void soften_contact(Problem& p, double limit, const RealVec& push)
     const BondDef& def = p.m.bond[b.def[k]];
     if (b.side[k] != SIDE_CONTACT || def.penalty > 0.0 || def.alpha > 0.0) continue;
     if (p.st.n.slip[k * s.rows.dim] < 0.0 && p.st.n.time > 0.0) continue;
-    double most = 0.0;
-    each_place(p, k, [&](int place, double) { most = std::max(most, push[place]); });
-    if (most <= limit) continue;
-    b.cn[k] *= limit / most;
-    b.ct[k] *= limit / most;
+    double largest = 0.0;
+    each_item(p, k, [&](int item, double) { largest = std::max(largest, push[item]); });
+    if (largest <= limit) continue;
+    b.cn[k] *= limit / largest;
+    b.ct[k] *= limit / largest;
   }
 }
 
-// what contact adds to the square of the largest frequency, once its own penalties are in reach. Collective.
+// contribution of contact to the square of the largest frequency, with limited default penalties. Collective.
 double contact_part(Problem& p, double omega2)
 {
   RealVec &push = p.stable.push, &mass = p.stable.mass;
   int acts = 0;
   for (int k : p.dofs.rows.bond_acts) acts = acts || p.st.bonds.side[k] == SIDE_CONTACT;
   if (comm_allreduce_max(acts) == 0) return 0.0;
-  masses_at(p, mass);
-  double most = contact_frequency(p, mass, push);
-  if (most <= SOFT * omega2) return most;
-  soften_contact(p, SOFT * omega2, push);
+  contact_masses(p, mass);
+  double largest = contact_frequency(p, mass, push);
+  if (largest <= CONTACT_PART * omega2) return largest;
+  soften_contact(p, CONTACT_PART * omega2, push);
   return contact_frequency(p, mass, push);
 }
 
@@ -236,24 +236,24 @@ void report(const Step& s, const State& st, int label, double taken)
   log_note("  explicit: stable increment of the elements %.6g%s; of the whole system %.6g; taken %.6g",
            c.stable, ruling.c_str(), c.system, taken);
   if (s.dt < s.period && s.dt > taken * (1.0 + 1e-9))
-    log_warn("step %d, *DYNAMIC, EXPLICIT: dt = %g of the deck is longer than is stable; the increments have "
-             "%g, %g of the largest stable one",
+    log_warn("step %d, *DYNAMIC, EXPLICIT: dt = %g of the deck is longer than the stable increment; the "
+             "increments are %g, %g of the largest stable one",
              st.log.step, s.dt, taken, s.safety);
 }
 
-// time in which a wave crosses the smallest element that can break, at rest, 2 / omega of (6.30); without any
-// that of all. Collective.
+// wave transit time of the smallest element that can break, undeformed, 2 / omega of (6.30); of all elements
+// if none can break. Collective.
 double crossing_time(Problem& p, const Step& s)
 {
   int worst;
-  double most[2] = {0.0, 0.0};                       // of those that can break, of all
-  elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);    // omega2, where the run has just been continued
+  double largest[2] = {0.0, 0.0};                       // of elements that can break, of all
+  elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);    // sets omega2 after a restart
   for (const ElemBlock& b : p.d.el.block)
     for (size_t slot = 0; slot < b.elem.size(); ++slot)
       for (int k = p.d.fm.on && p.d.fm.def[b.elem[slot]] >= 0 ? 0 : 1; k < 2; ++k)
-        most[k] = std::max(most[k], b.omega2[b.kind[slot]]);
-  comm_max(most, 2);
-  const double omega2 = most[0] > 0.0 ? most[0] : most[1];
+        largest[k] = std::max(largest[k], b.omega2[b.kind[slot]]);
+  comm_max(largest, 2);
+  const double omega2 = largest[0] > 0.0 ? largest[0] : largest[1];
   return omega2 > 0.0 ? 2.0 / std::sqrt(omega2) : 0.0;
 }
 
@@ -266,13 +266,13 @@ double stable_of_points(const Problem& p)
   return -comm_allreduce_max(-own);
 }
 
-// the largest stable increment of elements; label of the one that rules. Collective.
+// the largest stable increment of elements; label of the limiting one. Collective.
 double stable_of_elements(Problem& p, const Step& s, int& label)
 {
   int worst;
   double own   = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
   double least = -comm_allreduce_max(-own);
-  if (least >= 1e300 && !p.m.rigid.empty()) {        // nothing but rigid bodies: their penalties need a scale
+  if (least >= 1e300 && !p.m.rigid.empty()) {        // rigid bodies alone: their penalties need a scale
     std::vector<char> rigid;
     rigid.swap(p.d.el.rigid);
     own   = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
@@ -284,16 +284,16 @@ double stable_of_elements(Problem& p, const Step& s, int& label)
   return least;
 }
 
-// the increment of this stage; the next one begins with the least of it
+// the increment of this stage; the next stage starts with the smallest stable one of this stage
 double of_stage(long inc, double taken, StepClock& c)
 {
-  if (c.held == 0.0 || inc % STAGE == 0) {
-    c.held  = c.held == 0.0 ? taken : c.least;
-    c.least = taken;
+  if (c.stage == 0.0 || inc % STAGE == 0) {
+    c.stage  = c.stage == 0.0 ? taken : c.stage_least;
+    c.stage_least = taken;
   }
-  c.least = std::min(c.least, taken);
-  c.held  = std::min(c.held, taken);
-  return c.held;
+  c.stage_least = std::min(c.stage_least, taken);
+  c.stage  = std::min(c.stage, taken);
+  return c.stage;
 }
 
 }  // namespace
@@ -304,7 +304,7 @@ Failure step_stable(Problem& p, const Step& s)
   StepClock& c = st.clock;
   const bool begins = c.system == 0.0;
   int label = -1;
-  const bool looks = begins || st.log.inc % LOOKS_AGAIN == 0;
+  const bool looks = begins || st.log.inc % CHECK_EVERY == 0;
   if (looks) c.stable = stable_of_elements(p, s, label);
   if (p.stable.crossing == 0.0) p.stable.crossing = crossing_time(p, s);
   if ((looks || c.broke != changes(st)) && st.points.npoint_all() > 0) {
@@ -315,7 +315,7 @@ Failure step_stable(Problem& p, const Step& s)
   c.broke = changes(st);
   const bool tied = std::any_of(p.m.bond.begin(), p.m.bond.end(),
                                 [](const BondDef& b) { return b.kind != BOND_CONTACT; });
-  if (begins || (tied && st.log.inc % MEASURES_AGAIN == 0)) {
+  if (begins || (tied && st.log.inc % MEASURE_EVERY == 0)) {
     double omega2 = 0.0;
     const Failure failure = measure(p, s, omega2);
     const bool partly = failure.status == MASS_FAILED && (!begins || omega2 > 0.0);

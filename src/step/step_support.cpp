@@ -14,7 +14,7 @@ namespace {
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
-// elements that share a face are in one part
+// elements that share a face form a part
 void join_faces(const Mesh& mesh, const Elements& el, Forest& parts)
 {
   std::map<std::array<int, 4>, int> owner;
@@ -32,7 +32,7 @@ void join_faces(const Mesh& mesh, const Elements& el, Forest& parts)
   }
 }
 
-// the same for elements that share a node: nothing but a hinge may hold them together
+// the same for elements that share a node; a hinge may connect them
 void join_nodes(const Mesh& mesh, const Elements& el, Forest& parts)
 {
   IntVec owner(mesh.nnode(), -1);
@@ -45,8 +45,8 @@ void join_nodes(const Mesh& mesh, const Elements& el, Forest& parts)
       }
 }
 
-// what the supports of a part make of its six rigid motions: sum of r r^T over fixed dofs, r = their
-// displacement
+// supports of a part as Gram matrix of its six rigid motions: sum of r r^T over fixed dofs, r: displacement
+// of the dof in each motion
 struct Part {
   Mat6 gram = Mat6::Zero();
   double X0[3] = {0, 0, 0}, far = 0.0;
@@ -72,8 +72,7 @@ void add_node(const Mesh& mesh, const Dofs& dofs, int node, Part& part)
   }
 }
 
-// eigenvectors of the motions, rotations times the size of the part; in a plane the three that leave it are
-// no motions
+// eigenvectors of the motions, rotations times the size of the part; 2D: without out-of-plane motions
 Eigen::SelfAdjointEigenSolver<Mat6> motions(const Part& part, int dim)
 {
   Vec6 scale;
@@ -89,13 +88,13 @@ bool is_free(const Eigen::SelfAdjointEigenSolver<Mat6>& e, int k)
   return e.eigenvalues()[k] <= 1e-6 * std::max(1e-300, e.eigenvalues()[5]);
 }
 
-// divided model whose elements all hang together: what the supports of all ranks make of it
+// divided model of connected elements: supports of all ranks
 Part whole_part(const Model& m, const Elements& el, const Dofs& dofs)
 {
   Part part;
   part.begun = true;
   RealVec X0(3, 0.0);
-  if (!m.mesh.X.empty()) std::copy_n(m.mesh.X.begin(), 3, X0.begin());         // a rank may own points alone
+  if (!m.mesh.X.empty()) std::copy_n(m.mesh.X.begin(), 3, X0.begin());         // a rank may have points only
   comm_bcast(X0.data(), 3);
   std::copy(X0.begin(), X0.end(), part.X0);
   for (const ElemBlock& b : el.block)
@@ -130,7 +129,7 @@ bool step_supports_fix(const Model& m, const Elements& el, const Dofs& dofs)
 
 namespace {
 
-// the part of elements that hang together by nodes, with this one
+// the part of elements connected by nodes that contains this node
 Part part_of(const Mesh& mesh, const Elements& el, const Dofs& dofs, int node)
 {
   Forest parts(mesh.nelem());
@@ -163,7 +162,7 @@ std::string step_free_motion(const Model& m, const Elements& el, const Dofs& dof
   if (number == 0) return "";
   const auto free = e.eigenvectors().leftCols(number);
   std::string text;
-  for (int i = 0; i < dim; ++i)                      // translations are those that the free motions make up
+  for (int i = 0; i < dim; ++i)                      // translations in the span of the free motions
     if (free.row(i).squaredNorm() > 1.0 - 1e-6)
       text += (text.empty() ? "a translation in direction " : " and ") + std::to_string(i + 1);
   const Eigen::Matrix3d turning = free.bottomRows(3) * free.bottomRows(3).transpose();

@@ -4,8 +4,7 @@
 
 namespace {
 
-// force at t(n) of the places of contact that count on this rank, on what they and their faces hang
-//   out  f [(nnode + ncorner)*dim]
+// forces at t(n) of the owned contact points, on nodes and corners of both sides
 void contact_at_start(const Problem& p, RealVec& f)
 {
   const State& st           = p.st;
@@ -20,7 +19,7 @@ void contact_at_start(const Problem& p, RealVec& f)
     double press = b.cn[k] * gap + b.growth(k) * deep * deep * deep;
     for (int i = 0; i < dim; ++i) press -= rub[i] * n[i];
     for (int i = 0; i < dim; ++i) {
-      const double push = press * n[i] + rub[i];     // on side B; friction along the face alone
+      const double push = press * n[i] + rub[i];     // on side B; friction is tangential
       for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) f[b.a.item[j] * dim + i] -= b.a_w[j] * push;
       for (int j = pairs.master.off[k]; j < pairs.master.off[k + 1]; ++j)
         f[pairs.master.item[j] * dim + i] += pairs.master_w[j] * push;
@@ -28,14 +27,14 @@ void contact_at_start(const Problem& p, RealVec& f)
   }
 }
 
-// the forces on nodes and corners [(nnode + ncorner)*dim] that ranks have in parts, in the rows of the system
-void to_rows(const Problem& p, const RealVec& of_place, RealVec& f)
+// sums forces on nodes and corners [(nnode + ncorner)*dim] over ranks, into the rows of the system
+void to_rows(const Problem& p, const RealVec& force, RealVec& f)
 {
   const Dofs& s     = p.dofs;
   const Points& pts = p.st.points;
   const int dim     = s.rows.dim;
-  const auto middle = of_place.begin() + static_cast<long>(p.m.mesh.nnode()) * dim;
-  RealVec node(of_place.begin(), middle), corner(middle, of_place.end());
+  const auto middle = force.begin() + static_cast<long>(p.m.mesh.nnode()) * dim;
+  RealVec node(force.begin(), middle), corner(middle, force.end());
   if (p.m.part.on) halo_sum(p.m.part.halo, dim, node);
   f.assign(s.rows.neq(), 0.0);
   if (pts.npoint_all() > 0) {

@@ -10,12 +10,12 @@
 
 namespace {
 
-// The volume of a domain over that which the law sees (1.14), or the inverse, from which it is lost
+// A domain is lost when its volume over that of the law (1.14), or the inverse, reaches this
 const double VOLUME_LOST = 2.0;
 
-const double limit = 1.0 / 3.0;      // of the square of the stretch: dS/dF changes its sign
+const double limit = 1.0 / 3.0;      // of the squared stretch: dS/dF changes its sign
 
-// What is compressed beyond the limit
+// Elements and points compressed beyond the limit
 struct Compressed {
   int elements = 0, points = 0;
   double least = 1.0;          // smallest eigenvalue of C
@@ -34,8 +34,8 @@ double smallest(const double* F)
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(A, Eigen::EigenvaluesOnly).eigenvalues()(0);
 }
 
-// Is the smallest eigenvalue of C surely above the limit? By Gershgorin, from gradients dNdX [nen*D] and the
-// displacements u of the nodes at an integration point; NEN = 0: nen nodes
+// Is the smallest eigenvalue of C above the limit by Gershgorin's bound? From gradients dNdX [nen*D] and
+// nodal displacements u at an integration point; NEN = 0: nen nodes
 template <int D, int NEN>
 bool clear(const double* dNdX, int nen, const int* node, const RealVec& u)
 {
@@ -76,7 +76,7 @@ bool note(Compressed& c, const IpFields& f, int item, bool is_point)
   return true;
 }
 
-// intact elements and points; what has broken may close as far as it likes
+// intact elements and points; broken ones may be compressed without limit
 Compressed compressed(const Model& m, const Elements& el, const State& st)
 {
   Compressed c;
@@ -113,9 +113,9 @@ double det(const double* F)
   return Eigen::Map<const Eigen::Matrix3d>(F).determinant();
 }
 
-// the point whose domain has least of the volume that its law sees, or most
+// the point whose domain volume differs most from the volume of its law
 struct LostVolume {
-  double part = 1.0;           // above 1, of the larger to the smaller
+  double part = 1.0;           // ratio of the larger to the smaller volume
   double J = 1.0, law = 1.0;
   int point = -1;
 };
@@ -133,13 +133,13 @@ LostVolume lost_volume(const Model& m, const PointLaws& laws, const State& st)
   return worst;
 }
 
-// says once whose domain has no more the volume of its material
+// warns once of the point whose domain lost the volume of its material
 void warn_lost_volume(const Model& m, const PointLaws& laws, const State& st, Warned& warned)
 {
   if (warned.count("volume") || (laws.group.size() == 0 && !m.part.on)) return;
   const LostVolume w = lost_volume(m, laws, st);
-  const double most  = m.part.on ? comm_allreduce_max(w.part) : w.part;
-  if (most < VOLUME_LOST || !warned.insert("volume").second || w.part < most) return;
+  const double largest = m.part.on ? comm_allreduce_max(w.part) : w.part;
+  if (largest < VOLUME_LOST || !warned.insert("volume").second || w.part < largest) return;
   log_warn("time %.8g: the domain of material point %d of body %s has %.3g times its volume at t = 0, its "
            "law sees %.3g: the shape of the domain is lost, and what follows there is unreliable. Use "
            "more points or a coarser grid (*MATERIAL POINTS, POINTS=), smaller increments, or hardening "
@@ -169,7 +169,7 @@ void step_warn_compressed(const Model& m, const Elements& el, const PointLaws& l
   if (m.part.on) sum_ranks(c);
   const int count = c.elements + c.points;
   if (count == 0 || !warned.insert("stretch " + std::to_string(std::ilogb(count))).second) return;
-  if (least > c.least) return;           // another rank has the worst one
+  if (least > c.least) return;           // the worst one is on another rank
   const int label = c.is_point ? st.points.label[c.worst] : m.mesh.elem_label[c.worst];
   log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where "
            "St.Venant-Kirchhoff softens and its results are unreliable (*HYPERELASTIC, NEO HOOKE does "

@@ -10,16 +10,16 @@
 
 namespace {
 
-// Nodes that intact elements tie together, and what acts on them
+// Nodes connected by intact elements, with supports and loads
 struct Piece {
-  bool held[3] = {false, false, false};      // by a support, a bond or contact
+  bool fixed[3] = {false, false, false};      // supported, by a support, a bond or contact
   double load[3] = {0, 0, 0};
-  double rest[3] = {0, 0, 0};  // what broken elements bear by their STIFFNESS alone
+  double rest[3] = {0, 0, 0};  // carried by the STIFFNESS of broken elements
 };
 
 double size(const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-// nodes of one intact element belong to one piece; a node of broken elements alone is a piece of its own
+// nodes of an intact element form a piece; a node of broken elements only is a piece of its own
 IntVec find_pieces(const Mesh& mesh, const MeshPart& part, const Elements& el, const Fracture& fr)
 {
   Forest pieces(mesh.nnode());
@@ -39,13 +39,13 @@ void find_supports(const Bonds& b, const Dofs& dofs, const IntVec& root, std::ma
   const int dim = dofs.rows.dim;
   for (int r = 0; r < dofs.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      if (dofs.bound.fixed[r * dim + i]) piece[root[dofs.rows.node_of_row[r]]].held[i] = true;
+      if (dofs.bound.fixed[r * dim + i]) piece[root[dofs.rows.node_of_row[r]]].fixed[i] = true;
   const int nnode = static_cast<int>(root.size());
   for (int item : b.a.item)
-    for (int i = 0; i < dim && item < nnode; ++i) piece[root[item]].held[i] = true;
+    for (int i = 0; i < dim && item < nnode; ++i) piece[root[item]].fixed[i] = true;
 }
 
-// force of the broken elements less that which they would have without STIFFNESS
+// force of broken elements less their force without STIFFNESS
 void add_rest(const Model& m, const Elements& el, const State& st, const Step& s, const IntVec& root,
               std::map<int, Piece>& piece)
 {
@@ -88,7 +88,7 @@ void gather_pieces(std::map<int, Piece>& piece)
   for (const Named& x : all) {
     Piece& to = piece[x.name];
     for (int i = 0; i < 3; ++i) {
-      to.held[i] = to.held[i] || x.piece.held[i];
+      to.fixed[i] = to.fixed[i] || x.piece.fixed[i];
       to.load[i] += x.piece.load[i];
       to.rest[i] += x.piece.rest[i];
     }
@@ -120,7 +120,7 @@ void step_warn_loose(const Model& m, const Discretisation& d, const Dofs& dofs, 
     const Piece& q = x.second;
     double load[3], borne = 0.0;
     for (int i = 0; i < 3; ++i) {
-      load[i] = q.held[i] ? 0.0 : q.load[i];
+      load[i] = q.fixed[i] ? 0.0 : q.load[i];
       borne += load[i] * q.rest[i];
     }
     all += size(q.load);

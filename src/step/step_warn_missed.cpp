@@ -6,8 +6,8 @@
 
 namespace {
 
-// a place where the load acts; of loads on bodies of points the origin
-const double* place_of(const Model& m, const Load& l)
+// a point where the load acts; for loads on bodies of points the origin
+const double* load_position(const Model& m, const Load& l)
 {
   static const double origin[3] = {0, 0, 0};
   if (l.surface >= 0 && m.surface[l.surface].body >= 0) return origin;
@@ -16,24 +16,23 @@ const double* place_of(const Model& m, const Load& l)
   return node >= 0 ? &m.mesh.X[3 * node] : origin;
 }
 
-// divided model: does nothing of the load act on this rank?
-bool elsewhere(const Model& m, const Load& l)
+// divided model: is no part of the load on this rank?
+bool not_here(const Model& m, const Load& l)
 {
   return m.part.on && l.node.empty() && l.elem.empty() &&
          (l.surface < 0 || m.surface[l.surface].face.empty());
 }
 
-// warns when value(t) is at most half of its largest size wherever the fixed increments ask for it; ask: part
-// of an increment
+// warns when value(t) at the fixed increments stays below half of its maximum; part: position in them
 template <class Value>
-void warn_one(const Step& s, double ask, const Place& place, const char* what, Value value)
+void warn_one(const Step& s, double part, const Place& place, const char* what, Value value)
 {
   const int PARTS = 8;
   const double n  = std::ceil(s.period / s.dt - 1e-9);
   if (n > 20000) return;
   double seen = 0.0, largest = 0.0, when = 0.0;
   for (int k = 0; k < static_cast<int>(n); ++k) {
-    seen = std::max(seen, std::fabs(value(std::min(s.period, (k + ask) * s.dt))));
+    seen = std::max(seen, std::fabs(value(std::min(s.period, (k + part) * s.dt))));
     for (int j = 0; j <= PARTS; ++j) {
       const double t = std::min(s.period, (k + static_cast<double>(j) / PARTS) * s.dt),
                    f = std::fabs(value(t));
@@ -51,16 +50,16 @@ void warn_one(const Step& s, double ask, const Place& place, const char* what, V
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// step_warn_missed : warns of loads and supports that fixed increments step over; looks eight times into each
-// increment
+// step_warn_missed : warns of peaks of loads and supports between fixed increments; samples each increment
+// eight times
 // ---------------------------------------------------------------------------
 void step_warn_missed(const Model& m, const Step& s, double start, bool mid)
 {
   if (!s.direct) return;
   for (const Load& l : s.load)
-    if (l.ramp != RAMP_OUT && !elsewhere(m, l) && (!l.value.is_const() || l.amplitude >= 0))
+    if (l.ramp != RAMP_OUT && !not_here(m, l) && (!l.value.is_const() || l.amplitude >= 0))
       warn_one(s, mid ? 0.5 : 1.0, l.place, "load",
-                  [&](double t) { return load_value(m, s, l, place_of(m, l), t, start + t); });
+                  [&](double t) { return load_value(m, s, l, load_position(m, l), t, start + t); });
   for (const Prescribed& b : s.prescribed)
     if (!b.node.empty() && (!b.value.is_const() || b.amplitude >= 0))
       warn_one(s, 1.0, b.place, b.velocity ? "prescribed velocity" : "prescribed displacement",

@@ -498,7 +498,7 @@ TEST(Divided, RowsOfPointsOfOthers)
     for (int e = 0; e < m.mesh.nelem(); ++e) {
       if (m.part.works(e)) continue;
       beside += std::any_of(m.mesh.conn.begin(e), m.mesh.conn.begin(e + 1), [&](int i) { return own[i]; });
-      with_points += m.part.knows_points(e);
+      with_points += m.part.stores_points(e);
     }
     EXPECT_GT(beside, 0);
     if (n == 8) EXPECT_EQ(with_points, beside);
@@ -822,7 +822,7 @@ TEST(Divided, NearElementsAreOuterOnes)
 {
   // boxes are apart by 0, 2.9 and 3.1 sizes; those of one and a half sizes on both sides are added
   const std::vector<NearFace> face = {face_at(0, 0.0), face_at(1, 1.5), face_at(2, 5.9), face_at(3, 10.5)};
-  NearLists list = {std::vector<IntVec>(2), std::vector<std::vector<PointHome>>(2)};
+  NearLists list = {std::vector<IntVec>(2), std::vector<std::vector<OriginalPoint>>(2)};
   near_outer(face, {0, 1, 0, 1}, {}, list);
   EXPECT_EQ(list.elem[0], IntVec{1});
   EXPECT_EQ(list.elem[1], (IntVec{0, 2}));
@@ -835,7 +835,7 @@ TEST(Divided, NearPointsAreKnown)
   std::vector<NearFace> face = {face_at(0, 0.0), face_at(-1, 1.5), face_at(-1, 1.6), face_at(-1, 9.0)};
   face[1].point = face[2].point = 7;
   face[3].point = 3;
-  NearLists list = {std::vector<IntVec>(2), std::vector<std::vector<PointHome>>(2)};
+  NearLists list = {std::vector<IntVec>(2), std::vector<std::vector<OriginalPoint>>(2)};
   near_outer(face, {0, 1, 1, 0}, {}, list);
   ASSERT_EQ(list.point[0].size(), 1u);
   EXPECT_EQ(list.point[0][0].point, 7);
@@ -852,7 +852,7 @@ TEST(Divided, NearMastersAreOuterOnes)
   face[0].side = face[3].side = NEAR_SLAVE;
   face[1].side = face[2].side = NEAR_MASTER;
   face[2].def  = face[3].def = 1;
-  NearLists list = {std::vector<IntVec>(3), std::vector<std::vector<PointHome>>(3)};
+  NearLists list = {std::vector<IntVec>(3), std::vector<std::vector<OriginalPoint>>(3)};
   near_outer(face, {0, 1, 1, 1}, {{}, {}, {0}}, list);
   EXPECT_EQ(list.elem[0], IntVec{1});
   EXPECT_EQ(list.elem[1], IntVec());

@@ -433,7 +433,7 @@ TEST(Divided, PointsNearContact)
   for (int q = 0; q < pts.npoint; ++q)
     if (pts.part.rank[q] == comm_rank()) home[pts.part.point[q]] = comm_rank();
   comm_sum(home);
-  for (const PointHome& p : m.part.near_point) {
+  for (const OriginalPoint& p : m.part.near_point) {
     EXPECT_EQ(p.rank, home[p.point]);
     EXPECT_NE(p.rank, comm_rank());
     EXPECT_GE(pts.point_here(p.point), 0);
@@ -464,7 +464,7 @@ TEST(Divided, PointsNearContact)
   size_t outer = 0;
   for (const auto& f : boundary) {
     EXPECT_TRUE(all.count(f) || std::none_of(m.part.near_point.begin(), m.part.near_point.end(),
-                                             [&](const PointHome& p) { return p.point == f.first; }));
+                                             [&](const OriginalPoint& p) { return p.point == f.first; }));
     outer += all.count(f);
   }
   EXPECT_LT(outer, all.size());
