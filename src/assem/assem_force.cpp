@@ -441,7 +441,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
     const ShapeInfo& info = shape_info[b.shape];
     for (int g = 0; g < info.ngp; ++g) {
       double X[3], N[MAX_NODES], value;
-      const double dV = elem_gauss_place(m, d.el, e, g, X, N);
+      const double dV = elem_gauss_position(m, d.el, e, g, X, N);
       const auto name = [&] { return "element " + std::to_string(m.mesh.elem_label[e]); };
       const Failure failure = value_here(m, step, l, X, at, name, value);
       if (!failure.ok()) return failure;
@@ -579,7 +579,7 @@ Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, 
   if (pts.part.window) halo_sum(pts.part.halo, dofs.rows.dim, far);
   else comm_sum(far);
   for (size_t k = 0; k < far.size(); ++k)
-    if (d.mine.owner[k / dofs.rows.dim] != comm_rank()) far[k] = 0.0;
+    if (d.owned.owner[k / dofs.rows.dim] != comm_rank()) far[k] = 0.0;
   RealVec f(dofs.rows.neq(), 0.0);
   assem_scatter_corners(d.grid, dofs, far, f);
   sys_sum(dofs.pattern.A, f);

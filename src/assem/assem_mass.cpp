@@ -20,7 +20,7 @@ inline void add_domain(int corners, int n, int width, const double* mc, const do
     for (int first = 0; first < width; first += WIDE) {
       Wide row = {};
       for (int d = 0; d < nen; ++d)
-        row += mc[c >= d ? pair_place(c, d) : pair_place(d, c)] *
+        row += mc[c >= d ? pair_index(c, d) : pair_index(d, c)] *
                *reinterpret_cast<const Wide*>(N + d * width + first);
       *reinterpret_cast<Wide*>(mN + c * width + first) = row;
     }
@@ -41,7 +41,7 @@ inline void add_narrow_domain(int n, const double* mc, const double* N, const in
   for (int c = 0; c < NEN; ++c) weight[c] = *reinterpret_cast<const Wide*>(N + c * WIDE);
   for (int c = 0; c < NEN; ++c) {
     mN[c] = Wide{};
-    for (int d = 0; d < NEN; ++d) mN[c] += mc[c >= d ? pair_place(c, d) : pair_place(d, c)] * weight[d];
+    for (int d = 0; d < NEN; ++d) mN[c] += mc[c >= d ? pair_index(c, d) : pair_index(d, c)] * weight[d];
   }
   for (int a = 0; a < n; ++a) {
     Wide row = {};

@@ -59,7 +59,7 @@ inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int
   typedef long Places __attribute__((vector_size(32)));
   const Places turn[2] = {{0, 1, 2, 3}, {0, 2, 1, 3}};
   const int pairs = pair_count(n), turned = PACK / 4;
-  for (int a = 0; a < n; ++a) k[pair_place(a, a) * 4 + 1] = Pack{};
+  for (int a = 0; a < n; ++a) k[pair_index(a, a) * 4 + 1] = Pack{};
   for (int pair = 0; pair < pairs; pair += turned) {
     pack_turn(k + pair * 4);
     for (int l = 0; l < lanes; ++l)
@@ -189,7 +189,7 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
         for (int i = 0; i < D * D; ++i) k[i] = factor * w[a] * w[b] * C[i];
-        add_block<D>(dofs.pattern.A, map[pair_place(a, b)], a == b, k);
+        add_block<D>(dofs.pattern.A, map[pair_index(a, b)], a == b, k);
       }
   }
 }

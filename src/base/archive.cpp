@@ -100,7 +100,7 @@ std::vector<Item> items_of(const ArchivePart& p, const Slice& s, bool writing)
 }
 
 // rank 0: offsets of the items [lo, hi) in the window                    [hi - lo + 1] units
-std::vector<std::size_t> places(const std::vector<std::vector<Item>>& list, bool ragged, long lo, long hi)
+std::vector<std::size_t> starts(const std::vector<std::vector<Item>>& list, bool ragged, long lo, long hi)
 {
   std::vector<std::size_t> at(static_cast<std::size_t>(hi - lo) + 1, ragged ? 0 : 1);
   for (const std::vector<Item>& of_rank : list)
@@ -170,13 +170,13 @@ void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::
     const auto list = comm_gather(items_of(part, s, true));
     const auto data = comm_gather(std::move(own));
     if (comm_rank() > 0) continue;
-    const std::vector<std::size_t> place = places(list, part.ragged, lo, hi);
-    std::vector<char> all(place.back() * unit, 0);
+    const std::vector<std::size_t> start = starts(list, part.ragged, lo, hi);
+    std::vector<char> all(start.back() * unit, 0);
     for (std::size_t r = 0; r < list.size(); ++r) {
       const char* next = data[r].data();
       for (const Item& i : list[r]) {
         const std::size_t n = static_cast<std::size_t>(i.units) * unit;
-        std::copy_n(next, n, all.data() + place[i.index - lo] * unit);
+        std::copy_n(next, n, all.data() + start[i.index - lo] * unit);
         next += n;
       }
     }
@@ -208,13 +208,13 @@ void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, 
     const auto list = comm_gather(items_of(part, s, false));
     std::vector<std::vector<char>> to(comm_size());
     if (comm_rank() == 0) {
-      const std::vector<std::size_t> place = places(list, part.ragged, lo, hi);
-      std::vector<char> all(place.back() * unit);
+      const std::vector<std::size_t> start = starts(list, part.ragged, lo, hi);
+      std::vector<char> all(start.back() * unit);
       good = good && from_file(f, from, all.data(), all.size()) == all.size();
       from += all.size();
       for (std::size_t r = 0; r < list.size(); ++r)
         for (const Item& i : list[r]) {
-          const char* first = all.data() + place[i.index - lo] * unit;
+          const char* first = all.data() + start[i.index - lo] * unit;
           to[r].insert(to[r].end(), first, first + static_cast<std::size_t>(i.units) * unit);
         }
     }

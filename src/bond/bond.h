@@ -45,9 +45,9 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
 // bonds or owners of nodes have changed. Collective.
 void bond_share(const Model& m, const Points& pts, Bonds& bonds);
 
-// bond_tell : divided model: copies the state of the points of contact pairs from their owners, which alone
-// search for them, to the other ranks. Before bonds or owners of nodes change. Collective.
-void bond_tell(const Model& m, Bonds& bonds, Level& l);
+// bond_copy_contact : divided model: copies the state of the points of contact pairs from their owners, which
+// alone search for them, to the other ranks. Before bonds or owners of nodes change. Collective.
+void bond_copy_contact(const Model& m, Bonds& bonds, Level& l);
 
 // bond_places : positions xb [nbond*dim] of side A, from displacements of nodes and corners
 void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,

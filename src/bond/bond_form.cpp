@@ -756,7 +756,7 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
   halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct, &b.contact.offset});
 }
 
-void bond_tell(const Model& m, Bonds& b, Level& l)
+void bond_copy_contact(const Model& m, Bonds& b, Level& l)
 {
   if (!b.halo.on() || !model_has_pairs(m)) return;
   halo_copy_all(b.halo, m.dim, std::vector<RealVec*>{&l.slip, &l.lambda});

@@ -44,7 +44,7 @@ std::vector<NearFace> near_faces(const Model& m, const Points& pts, const std::v
     std::copy_n(f.lo, 3, near.box.lo);
     std::copy_n(f.hi, 3, near.box.hi);
     if (e < 0) near.point = pts.point_number(s.elem);
-    near.box = grown(near.box, reach.part * f.size + 0.5 * (reach.most + reach.margin));
+    near.box = grown(near.box, reach.fraction * f.size + 0.5 * (reach.motion + reach.margin));
     out.push_back(near);
   }
   return out;

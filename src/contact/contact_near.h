@@ -13,7 +13,7 @@
 
 // Search range of the lists of near faces: fraction of the size of each of the two faces, their largest
 // motion in an increment, and their motion since the lists were built
-struct NearReach { double part, most, margin; };
+struct NearReach { double fraction, motion, margin; };
 
 // side of a contact pair; NEAR_BOTH: a face of general contact
 enum NearSide { NEAR_BOTH, NEAR_SLAVE, NEAR_MASTER };

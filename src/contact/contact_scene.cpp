@@ -185,7 +185,7 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
   s.u  = u;
   s.uc = uc;
   std::vector<BoundingBox> box;
-  for (const NearFace& f : near_faces(m, pts, s.skin, u, uc, {s.part, s.most, s.margin}))
+  for (const NearFace& f : near_faces(m, pts, s.skin, u, uc, {s.part, s.max_travel, s.margin}))
     box.push_back(f.box);
   const BoxTree tree(box);
   s.near = ListTable();
@@ -221,13 +221,13 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
     describe(m, pts, bonds, s);
     s.built = built;
   }
-  const bool reaches = part == s.part && travel <= s.most;
+  const bool reaches = part == s.part && travel <= s.max_travel;
   s.part   = part;
   s.travel = travel;
   if (same && reaches &&
       std::sqrt(m.dim) * 2.0 * std::max(largest_change(u, s.u), largest_change(uc, s.uc)) < s.margin)
     return;
-  s.most = 1.5 * travel;       // margin for growing increments
+  s.max_travel = 1.5 * travel; // margin for growing increments
   find_near(m, pts, u, uc, s);
 }
 

@@ -25,7 +25,7 @@ struct ContactScene {
   RealVec u, uc;
   double margin = 0.0;         // near holds for motions below half of it             length
   double part = 0.0, travel = 0.0;     // present reach: fraction of the size of both faces, motion of points
-  double most = 0.0;           // travel for which near holds; contact depends on the present reach only
+  double max_travel = 0.0;     // travel for which near holds; contact depends on the present reach only
   long built = 0;              // number of times near was built
 };
 

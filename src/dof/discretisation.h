@@ -18,7 +18,7 @@
 struct Discretisation {
   Elements el;
   PointLaws point_law;
-  GridShare mine;              // points, corners and bonds with lists of the grid
+  GridShare owned;             // points, corners and bonds with lists of the grid
   ActiveGrid grid;
   ContactPairs pairs;
   ContactScene scene;          // general contact: neighbouring faces

@@ -68,14 +68,14 @@ std::vector<SupportPart> support_parts(const Model& m, const Points& pts, const 
 {
   std::vector<SupportPart> part;
   for (const SupportedCorner& h : corners) {
-    if (pts.field[h.corner] == FIELD_OWN || (d.mine.on && d.mine.owner[h.corner] != comm_rank())) continue;
+    if (pts.field[h.corner] == FIELD_OWN || (d.owned.on && d.owned.owner[h.corner] != comm_rank())) continue;
     each_dof(d.grid, s, h, [&](int dof, double N) {
       part.push_back({s.rows.row_key[dof / s.rows.dim], m.part.node_number(h.node), h.dir, N, h.increment,
           h.rate,
                       h.rate0});
     });
   }
-  if (d.mine.on) comm_allgatherv(part);
+  if (d.owned.on) comm_allgatherv(part);
   return part;
 }
 
@@ -99,13 +99,13 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
 {
   struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
   std::map<int, Sum> sum;
-  const auto elsewhere = [&](int c) { return d.mine.on && d.mine.owner[c] != comm_rank(); };
+  const auto elsewhere = [&](int c) { return d.owned.on && d.owned.owner[c] != comm_rank(); };
   for (const SupportedCorner& h : corners)
     if (pts.field[h.corner] == FIELD_OWN && !elsewhere(h.corner))
       warn_once(warned, m.mesh, "BOUNDARY", h.b->place, h.node, time,
                 "its material point was released from its neighbours; the support has ended there");
   const bool any = !corners.empty();
-  if (d.mine.on ? comm_allreduce_max(static_cast<int>(any)) == 0 : !any) return;
+  if (d.owned.on ? comm_allreduce_max(static_cast<int>(any)) == 0 : !any) return;
   const std::vector<SupportPart> part          = support_parts(m, pts, d, corners, s);
   const std::vector<std::pair<long, int>> row = rows_of_parts(s, part);
   for (const SupportPart& h : part) {

@@ -106,7 +106,7 @@ bool add_guests(const Model& m, const Bonds& bonds, const Discretisation& d, Dof
   for (int b = 0; b < bonds.nbond; ++b) {
     // the bond of a lost node no longer ties
     if (bonds.cn[b] == 0.0 && bonds.ct[b] == 0.0) continue;
-    if (!d.mine.bond[b] || !contact_acts(bonds, d.pairs, b)) continue;
+    if (!d.owned.bond[b] || !contact_acts(bonds, d.pairs, b)) continue;
     take(bonds.a, b);
     if (bonds.side[b] == SIDE_CONTACT) take(d.pairs.master, b);
   }
@@ -193,7 +193,7 @@ void form_lists(const MeshPart& part, const Bonds& bonds, Discretisation& d, Dof
   IntVec row;
   RealVec w;
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!d.mine.has_bond(b)) {
+    if (!d.owned.has_bond(b)) {
       s.rows.bond.off.push_back(static_cast<int>(s.rows.bond.item.size()));
       continue;
     }

@@ -190,18 +190,18 @@ IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& r
   return out;
 }
 
-// [ranks] BondDef::held, for each of bond: may a rank have contact points of a pair?
+// [ranks] ContactDef::present, for each of bond: may a rank have contact points of a pair?
 //   in   points   [ranks] elements of other ranks whose points the rank stores
-std::vector<IntVec> pairs_held(const Model& m, const IntVec& rank, const std::vector<IntVec>& points)
+std::vector<IntVec> pairs_of_ranks(const Model& m, const IntVec& rank, const std::vector<IntVec>& points)
 {
-  std::vector<IntVec> held(points.size(), IntVec(m.bond.size(), 1));
+  std::vector<IntVec> present(points.size(), IntVec(m.bond.size(), 1));
   for (std::size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& b = m.bond[d];
     if (!b.pair() || m.surface[b.surface].body >= 0) continue;
     const IntVec known = ranks_at(m.mesh, m.surface[b.surface].face, rank, points);
-    for (std::size_t r = 0; r < points.size(); ++r) held[r][d] = known[r];
+    for (std::size_t r = 0; r < points.size(); ++r) present[r][d] = known[r];
   }
-  return held;
+  return present;
 }
 
 // What each rank stores in addition to its own elements and points
@@ -211,7 +211,7 @@ struct Outer {
   // or become points that it stores; and the latter only
   OfRanks<int> elem, near;
   std::vector<std::vector<OriginalPoint>> point;         // ModelCut
-  std::vector<IntVec> held;    // the same
+  std::vector<IntVec> present; // the same
   std::vector<char> notch;     // the same
 };
 
@@ -242,7 +242,7 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
     for (std::size_t r = 0; r < ranks; ++r)
       points[r].insert(points[r].end(), near.elem[r].begin(), near.elem[r].end());
   }
-  out.held = pairs_held(m, rank, points);
+  out.present = pairs_of_ranks(m, rank, points);
   near_outer(face.pairs, ranks_of_faces(m, rank, face.pairs), bonds, near);
   for (std::size_t r = 0; r < ranks && m.part.window; ++r)
     points[r].insert(points[r].end(), near.elem[r].begin(), near.elem[r].end());
@@ -334,7 +334,7 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
   ModelCut cut = model_cut_open(m, rank, outer.elem, comm_size());
   cut.near     = std::move(outer.near);
   cut.point    = std::move(outer.point);
-  cut.present  = std::move(outer.held);
+  cut.present  = std::move(outer.present);
   cut.notch    = std::move(outer.notch);
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);

@@ -24,7 +24,7 @@ struct BarEnd {
   double mean;                         // thetabar
 };
 
-// What the kernel needs beside the nodes; kept from call to call, so that nothing is allocated
+// Work arrays of the kernel; kept from call to call, so that nothing is allocated
 template <int D>
 struct Work {
   BarEnd<D> n, np1;                    // n: only when the mode reads it
@@ -109,7 +109,7 @@ void theta_gradient(const KernelMode& mode, const BarPoint<D>& zero, const BarPo
     for (int k = 0; k < D * D; ++k) g[k] *= std::exp(-one.theta);
     return;
   }
-  // by C and not by F, so that angular momentum is kept: det C is cubic in C, Simpson's rule exact
+  // of C and not of F, which conserves angular momentum: det C is cubic in C, Simpson's rule is exact
   double A0[D * D], A1[D * D], Am[D * D], c0[D * D], c1[D * D], cm[D * D];             // C - I
   ip_strain<D>(true, zero.H, A0);
   ip_strain<D>(true, one.H, A1);
@@ -160,7 +160,7 @@ bool strains(const BarGroup& g, bool finite, const double* H, BarEnd<D>& end)
   return true;
 }
 
-// out [6] = engineering components of A^T A scaled, A = I + H: C of one end; 33 of a plane problem is 1
+// C = F^T F at one end of the step [6], tensor components; 33 of a plane problem is 1
 template <int D>
 void right_cauchy(const double* H, double* six)
 {
@@ -240,20 +240,20 @@ bool stresses(const BarGroup& g, const KernelMode& mode, bool old, const History
   return true;
 }
 
-// what holds the volume of point q: hold times the mean over the step of theta - thetabar    (1.14a)
+// pressure of the volume penalty at point q: penalty times the step mean of theta - thetabar (1.14a)
 template <int D>
-double hold_pressure(const BarGroup& g, const KernelMode& mode, const Work<D>& w, int q)
+double penalty_pressure(const BarGroup& g, const KernelMode& mode, const Work<D>& w, int q)
 {
-  if (g.hold == 0.0) return 0.0;
+  if (g.volume_penalty == 0.0) return 0.0;
   const double one = w.np1.point[q].theta - w.np1.mean;
-  return g.hold * (mode.mid ? 0.5 * (one + w.n.point[q].theta - w.n.mean) : one);
+  return g.volume_penalty * (mode.mid ? 0.5 * (one + w.n.point[q].theta - w.n.mean) : one);
 }
 
 // G = dEbar/du of point q, and its force, which is added to re                               (1.16)
 template <int D>
 void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, double* re)
 {
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   const int nd = g.nn * D;
   const double *dN = g.dNdX + static_cast<size_t>(q) * nd, *beta = &w.beta[static_cast<size_t>(q) * nd],
                *S = &w.S[6 * static_cast<size_t>(q)];
@@ -261,7 +261,7 @@ void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, dou
   double Fb[D * D], v[6];
   deformation<D>(mode, w.n.point[q], w.np1.point[q], Fb);
   volume_strain<D>(mode, w, q, v);
-  const double held = hold_pressure<D>(g, mode, w, q);
+  const double penalty = penalty_pressure<D>(g, mode, w, q);
   double p = 0.0;
   for (int i = 0; i < 6; ++i) p += (i < 3 ? 1.0 : 2.0) * S[i] * v[i];
   w.pressure[q] = p;
@@ -280,11 +280,11 @@ void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, dou
         w.G[i * nd + col] = G;
         f += G * S[i];
       }
-      re[col] += g.w[q] * (f - held * d);
+      re[col] += g.w[q] * (f - penalty * d);
     }
 }
 
-// ke += w G^T C G of point q, whose G stands in w
+// ke += w G^T C G of point q, with G in w
 template <int D>
 void add_stress_tangent(const BarGroup& g, int q, Work<D>& w, double* ke)
 {
@@ -298,7 +298,7 @@ void add_stress_tangent(const BarGroup& g, int q, Work<D>& w, double* ke)
     }
   for (int a = 0; a < g.nn; ++a)
     for (int c = 0; c <= a; ++c) {
-      double* k = ke + pair_place(a, c) * D * D;
+      double* k = ke + pair_index(a, c) * D * D;
       for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) {
           double sum = 0.0;
@@ -308,7 +308,7 @@ void add_stress_tangent(const BarGroup& g, int q, Work<D>& w, double* ke)
     }
 }
 
-// the tangent of the geometry of point q                                                     (1.18)
+// the geometric tangent of point q                                                           (1.18)
 template <int D>
 void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mean_pressure, int q, Work<D>& w,
                            double* ke)
@@ -320,8 +320,8 @@ void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mea
   deformation<D>(mode, w.n.point[q], w.np1.point[q], Fb);
   const double am = scale_of(mode, w.n.point[q], w.np1.point[q]), cg = mode.cG();
   const double p     = w.pressure[q];
-  const double kappa = cg * g.w[q] * (mean_pressure - p + hold_pressure<D>(g, mode, w, q));
-  const double both  = cg * g.w[q] * (2.0 / 3.0 * p + g.hold);
+  const double kappa = cg * g.w[q] * (mean_pressure - p + penalty_pressure<D>(g, mode, w, q));
+  const double both  = cg * g.w[q] * (2.0 / 3.0 * p + g.volume_penalty);
   double* qa = w.G.data();                             // [nn*dim] w cg 2/3 a Fb S dN_a
   double* sn = w.CG.data();                            // [nn*dim] w cg a S dN_a
   for (int a = 0; a < g.nn; ++a) {
@@ -338,7 +338,7 @@ void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mea
   }
   for (int a = 0; a < g.nn; ++a)
     for (int c = 0; c <= a; ++c) {
-      double* k  = ke + pair_place(a, c) * D * D;
+      double* k  = ke + pair_index(a, c) * D * D;
       double geo = 0.0;
       for (int j = 0; j < D; ++j) geo += sn[a * D + j] * dN[c * D + j];
       for (int i = 0; i < D; ++i) {
@@ -372,7 +372,7 @@ Status form(const BarGroup& g, const KernelMode& mode, const double* H0, const d
   // 2. stresses
   if (!stresses<D>(g, mode, old, h, ke, w)) return BAD_JACOBIAN;
 
-  // 3. force, and the tangent of the stresses
+  // 3. force, and the material tangent
   double mean_pressure = 0.0;
   w.G.resize(static_cast<size_t>(6) * nd);
   w.CG.resize(static_cast<size_t>(6) * nd);
@@ -384,7 +384,7 @@ Status form(const BarGroup& g, const KernelMode& mode, const double* H0, const d
   }
   if (!ke || !mode.finite) return STATUS_OK;
 
-  // 4. the tangent of the geometry
+  // 4. geometric tangent
   for (int q = 0; q < g.ngp; ++q) add_geometric_tangent<D>(g, mode, mean_pressure, q, w, ke);
   return STATUS_OK;
 }

@@ -1,15 +1,16 @@
 // ---------------------------------------------------------------------------
 // bar_form.h : integration points that share one change of volume (doc/theory.md 1.1)
 //
-// Full integration of (nearly) incompressible flow asks for a volume at each integration point, more than the
-// nodes can satisfy: the mesh locks. The points of a group, an element or the material points of an initial
-// cell, take the mean of the logarithm of their volumes instead (F-bar, selective reduced integration):
+// Full integration of (nearly) incompressible flow constrains the volume at each integration point, more
+// constraints than the nodes can satisfy: the mesh locks. The points of a group, an element or the material
+// points of an initial cell, use the mean of the logarithm of their volumes instead (F-bar, selective reduced
+// integration):
 //
 //   Fbar = exp[(thetabar - theta)/3] F,  theta = ln J,  thetabar = sum w theta / sum w      (1.14)
 //
 // The force is the derivative of the energy of Fbar, and over a step of the energy-momentum scheme its
 // discrete gradient: f . du = sum w S : dEbar exactly                                        (1.16)
-// hold adds the energy sum w hold (theta - thetabar)^2 / 2                                   (1.14a)
+// volume_penalty k adds the energy sum w k (theta - thetabar)^2 / 2                          (1.14a)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_BAR_FORM_H
 #define MPFE_ELEM_BAR_FORM_H
@@ -22,7 +23,7 @@ struct BarGroup {
   const double* dNdX;
   const double* w;             // [ngp]                                                       length^3
   const MatLaw* law;
-  double hold = 0.0;           // stiffness of theta - thetabar of each point                   force/length^2
+  double volume_penalty = 0.0; // stiffness of theta - thetabar at each point                   force/length^2
 };
 
 // bar_strains : strains Ebar of a group

@@ -11,8 +11,8 @@
 #include "mat/split.h"
 #include "model/state.h"
 
-// Elements of one type, material and thickness; reference gradients are computed once, and once for all
-// elements that are equal but for their place: elements of one kind
+// Elements of one type, material and thickness. Reference gradients are computed once for all elements that
+// are equal up to a translation: elements of one kind
 struct ElemBlock {
   int type;                    // index into elem_table
   Shape shape;
@@ -21,39 +21,39 @@ struct ElemBlock {
   double alpha = 0.0;          // *DAMPING: force alpha M v                             1/time
   double thickness;
   bool lumped = false;         // diagonal mass
-  bool general = false;        // intact elements take elem_form_general, not the short form of the kernel
-  bool bar = false;            // their Gauss points share the change of volume (1.14)
+  bool general = false;        // intact elements use elem_form_general, not the short form of the kernel
+  bool bar = false;            // the Gauss points of an element share the change of volume (1.14)
   IntVec elem;                 // elements of the block
-  IntVec conn;                 // [nelem][nen] their nodes, where they do not stand as in the mesh; else empty
-  IntVec live;                 // places of those that are still elements and owned by this rank, ascending
+  IntVec conn;                 // [nelem][nen] nodes, if the order differs from the mesh; else empty
+  IntVec live;                 // slots of the elements that still exist and that this rank owns, ascending
   IntVec kind;                 // [nelem]
   RealVec dNdX;                // [kind][ngp][nen][dim]                               1/length
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
   RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
   RealVec me;                  // [kind][pairs] mass, node pairs a >= b
-  RealVec place;               // opens: [kind][nen][dim] nodes, from the first one           length
-  RealVec scatter;             // the same: [nelem] factor of strength and toughness; empty: 1
+  RealVec node_offset;         // cohesive: [kind][nen][dim] nodes relative to the first one  length
+  RealVec scatter;             // cohesive: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
-  // cracks open against a cohesion
+  // cohesive cracks
   bool opens() const { return law.kind == LAW_COHESIVE || law.kind == LAW_COHESIVE_FLOW; }
-  // whole elements are those of the short form
+  // uncracked elements use the short form
   bool short_form() const { return !general || law.kind == LAW_COHESIVE; }
-  // place of the first Gauss point
+  // index of the first Gauss point
   size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }
 };
 
 struct Elements {
   std::vector<ElemBlock> block;
-  // [Mesh::nelem] block, -1: no longer an element, or an outer one; place in the block
+  // [Mesh::nelem] block, -1: no longer an element, or an outer one; slot in the block
   IntVec block_of, slot_of;
   IntVec initial_block;                 // [Mesh::nelem] block at t = 0
-  IntVec gauss_of;             // [Mesh::nelem + 1] first Gauss point of an element among those of all
-  int history = 0;             // numbers that an integration point keeps
-  // [Mesh::nelem] divided model: 1: another rank works on it, it is here to be looked at; empty: none
+  IntVec gauss_of;             // [Mesh::nelem + 1] first Gauss point of an element in the list of all
+  int history = 0;             // history variables of an integration point
+  // [Mesh::nelem] divided model: 1: a halo element, owned by another rank; empty: none
   std::vector<char> outer;
-  std::vector<char> rigid;     // [Mesh::nelem] 1: in a body that turns as one, without stress; empty: none
-  const Fracture* frac = nullptr;   // what is broken; null: nothing can break
+  std::vector<char> rigid;     // [Mesh::nelem] 1: in a rigid body, without stress; empty: none
+  const Fracture* frac = nullptr;   // state of fracture; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
 };
 
@@ -61,37 +61,36 @@ struct Elements {
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
-// elem_scatter : factors of strength and toughness of elements that open against a cohesion, from the
-// toughness of each                                                                    [nelem]
+// elem_scatter : factors of strength and toughness of cohesive elements, from the toughness of each   [nelem]
 void elem_scatter(const Model& m, const RealVec& gc, Elements& el);
 
-// elem_refresh : lists of the elements that still are elements, after form has changed
+// elem_refresh : lists of the elements that still exist, after Fracture::phase has changed
 void elem_refresh(Elements& el);
 
-// elem_rigid : Elements::rigid of a step, for the bodies that turn by finite angles in it (6.41)
+// elem_rigid : Elements::rigid of a step, for the bodies with finite rotations in it (6.41)
 void elem_rigid(const Model& m, const Step& step, Elements& el);
 
-// elem_volume, elem_size : volume at t = 0 of the element at place slot of its block; edge of the square or
-// cube that it is a part of
+// elem_volume, elem_size : volume at t = 0 of the element in the slot of its block; edge of the square or
+// cube that the element is a part of
 double elem_volume(const ElemBlock& b, size_t slot);
 double elem_size(const ElemBlock& b, size_t slot);
 
-// elem_law : law of the element at place slot of its block, intact, or broken with the degradation factor c
+// elem_law : law of the element in the slot of its block, intact, or broken with the degradation factor c
 MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t slot, double c);
 
 // elem_history : history of the Gauss points of element e at both ends of the step             [ngp]
 void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h);
 
-// elem_cracked : has a crack with cohesion begun to open at a Gauss point of element e?
+// elem_cracked : has a cohesive crack begun to open at a Gauss point of element e?
 bool elem_cracked(const Elements& el, const Level& l, int e);
 
-// elem_whole : element e of the block is intact, and no crack with cohesion has begun to open in it
+// elem_whole : element e of the block is intact, and no cohesive crack has begun to open in it
 inline bool elem_whole(const Elements& el, const ElemBlock& b, const Level& l, int e)
 {
   return el.broken(e) < 0 && !(b.opens() && elem_cracked(el, l, e));
 }
 
-// elem_uncracked : at the end of the step too there is none
+// elem_uncracked : copies the history of element e, which has no cohesive crack, to the end of the step
 void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e);
 
 // elem_form_general : as elem_form without enhanced strains, for laws without a short form in the kernel
@@ -101,7 +100,7 @@ Status elem_form_general(const ElemBlock& b, size_t slot, const MatLaw& law, con
                          const double* u0, const double* u1, const HistoryStep* h, double* re,
                          double* ke);
 
-// elem_form : residual and, unless ke is null, tangent of the element at place slot of its block
+// elem_form : residual and, unless ke is null, tangent of the element in the slot of its block
 //   in   u0, u1    nodal displacements at t(n), t(n+1)   [nen*dim]
 //   out  re        internal force                        [nen*dim]
 //        ke        tangent, node pairs a >= b            [pairs][dim*dim]
@@ -110,16 +109,16 @@ using ElemForm = Status (*)(const ElemBlock& b, size_t slot, const KernelMode& m
                             const double* u0, const double* u1, double* re, double* ke);
 ElemForm elem_form(const ElemBlock& b);
 
-// elem_form_one : elem_form of an element of the state as it is, intact or broken; form: elem_form(b)
+// elem_form_one : elem_form of an element in its present state, intact or broken; form: elem_form(b)
 Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode, const ElemBlock& b, int slot,
                      ElemForm form, const Level& l0, Level& l1, double* re, double* ke);
 
-// elem_form_pack : elem_form of PACK elements at once, intact and not of an enhanced type; arrays as there,
-// [...][PACK]
-//   in   slot      places of the elements                [PACK]
-//        u0        read when mode_reads_old says so; re or ke may be null
-//   out  energy    strain energies at t(n+1)             [PACK]; null: not asked for
-//        opens     a bit for each element in which a crack may begin to open, with energy; or null
+// elem_form_pack : elem_form of PACK elements at once, intact and not of an enhanced type; arrays as for
+// elem_form, [...][PACK]
+//   in   slot      of the elements                       [PACK]
+//        u0        read if mode_reads_old; re or ke may be null
+//   out  energy    strain energies at t(n+1)             [PACK]; null: not computed
+//        opens     a bit for each element in which a crack may begin to open; needs energy; or null
 //   BAD_JACOBIAN: bad has a bit for each element with det F(n+1) <= 0
 using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
                                 const double* u1, double* re, double* ke, unsigned& bad, double* energy,
@@ -142,7 +141,7 @@ auto by_shape(Shape s, Use use)
   return use(ElemSize<shape_info[S].dim, shape_info[S].nen, shape_info[S].ngp>());
 }
 
-// elem_nodes : nodes of the element at place slot of its block
+// elem_nodes : nodes of the element in the slot of its block
 inline const int* elem_nodes(const Mesh& mesh, const ElemBlock& b, int slot)
 {
   return b.conn.empty() ? mesh.conn.begin(b.elem[slot])
@@ -189,59 +188,56 @@ inline void elem_gradients_pack(const ElemBlock& b, const int* slot, int g, Pack
   w = pack_gather(of, 0);
 }
 
-// eas_size, eas_setup : enhanced modes of one element from its nodal places X [nen*dim] and weights w [ngp];
+// eas_size, eas_setup : enhanced modes of one element from nodal coordinates X [nen*dim] and weights w [ngp];
 // [eas_size]
 int eas_size(Shape s);
 void eas_setup(Shape s, const double* X, const double* w, const MatLaw& law, double* out);
 
-// eas_strain : enhanced part of the strain at Gauss point g, to be added to E, from the strains E
-// [ngp][dim*dim]
+// eas_strain : enhanced part of the strain at Gauss point g, from the compatible strains E [ngp][dim*dim]
 void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, const double* E, int g,
                 double* out);
 
-// elem_gauss_place : place X[3] at t = 0 and shape functions N [nen] of Gauss point g; returns weight x
-// volume
-double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N);
+// elem_gauss_position : coordinates X[3] at t = 0 and shape functions N [nen] of Gauss point g; returns
+// weight x volume
+double elem_gauss_position(const Model& m, const Elements& el, int e, int g, double* X, double* N);
 
-// elem_mass : mass of an element, node pairs a >= b [pairs]; one number serves all directions. Consistent,
-// or, when the block is lumped, the sums of its rows on the diagonal
+// elem_mass : mass of an element, node pairs a >= b [pairs], the same in all directions. Consistent, or, if
+// the block is lumped, row sums on the diagonal
 const double* elem_mass(const ElemBlock& b, int slot);
 
 // elem_mass_form : the same of an element of the block with nodes at X [nen*dim]; me [pairs]
 void elem_mass_form(const ElemBlock& b, const double* X, double* me);
 
-// elem_ip_fields : results at Gauss point g of element e; of l displacements and degradation are read
+// elem_ip_fields : results at Gauss point g of element e, from displacements, history and degradation of l
 void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlgeom,
                     int e, int g, IpFields& out);
 
-// ip_fields_from : fills E, sigma, psi of out from out.F, intact St.Venant-Kirchhoff; shared by elements and
-// points
+// ip_fields_from : fills E, sigma, psi of out from out.F, intact St.Venant-Kirchhoff; for elements and points
 void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
 
-// ip_general_from : strain E [6], sigma, psi of out from E and F of out; scale: Fbar = scale F; h: history
+// ip_general_from : E, sigma, psi of out from the strain E [6] and out.F; scale: Fbar = scale F; h: history
 void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double scale, const double* h,
                      IpFields& out);
 
 // ip_stress_from : the same from out.F and out.E
 void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
 
-// elem_strains : strains at the Gauss points of an intact element e, with their enhanced part     
-// [ngp][dim*dim]
+// elem_strains : strains [ngp][dim*dim] at the Gauss points of an intact element e, with their enhanced part
 void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E);
 
 // elem_energy_one : strain energy of element e in the level; broken: with the degradation factor c
 double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l, double c, bool nlgeom);
 
-// elem_stable : the largest stable increment of central differences that the elements of this rank allow in
-// level l: 2/omega of the worst, which bounds that of any mesh of them  doc/theory.md (6.30), (6.31)
-//   out   worst    the element, -1: no element; ElemBlock::omega2, mean, unless they are there
+// elem_stable : stable increment of central differences, by the elements of this rank in level l: 2/omega of
+// the critical element, a lower bound for any mesh of these elements    doc/theory.md (6.30), (6.31)
+//   out   worst    critical element, -1: no element; ElemBlock::omega2 and mean of new kinds
 double elem_stable(const Model& m, Elements& el, const Level& l, bool nlgeom, int* worst);
 
 // Bulk viscosity over an increment, KernelMode::bulk
 struct BulkStep {
   double linear = 0.0, quadratic = 0.0;        // coefficients
   double dt = 0.0;             // length of the increment; 0: the pressures of t(n) act on
-  double loss = 0.0;           // energy taken, by elements so far
+  double loss = 0.0;           // energy dissipated by elements so far
   double xi = 0.0;             // largest damping ratio so far
 };
 
@@ -253,17 +249,16 @@ using ElemBulkPack = void (*)(const ElemBlock& b, const int* slot, int n, const 
                               bool finite, const RealVec& q0, RealVec& q1, BulkStep& k, double* re);
 ElemBulkPack elem_bulk_pack(const ElemBlock& b);
 
-
-// elem_dissipated : adds the energy that the laws of the elements of this rank have dissipated: by plastic
-// flow, by cracks that open against a cohesion
+// elem_dissipated : adds the energy that the elements of this rank have dissipated: by plastic flow, by
+// cohesive cracks
 void elem_dissipated(const Elements& el, const Level& l, double& plastic, double& cohesive);
 
 // elem_viscous_loss : sum beta w dE : D : dE of the intact elements of this rank from l0 to l1; divided by
-// the time between them it is what viscous stress dissipates   doc/theory.md (2.20)
+// the time between them: viscous dissipation                   doc/theory.md (2.20)
 double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, const Level& l1, bool nlgeom);
 
-// elem_energy : strain energy of the elements of this rank; each [nelem], unless null: of intact elements, 0
-// for others
+// elem_energy : strain energy of the elements of this rank; each [nelem], unless null: per intact element, 0
+// for broken ones
 double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each = nullptr);
 
 #endif

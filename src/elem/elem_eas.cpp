@@ -1,10 +1,9 @@
 // ---------------------------------------------------------------------------
 // elem_eas.cpp : quadrilateral and brick with enhanced strains (doc/theory.md 1, enhanced strains)
 //
-// E + sum_k M_k alpha_k takes the place of E. St.Venant-Kirchhoff energy is quadratic in it, so the alphas
-// that make it least are a linear function of the strains of the element: nothing is iterated, nothing is
-// stored from step to step, and the energy-momentum scheme stays exact. The modes have no mean, so the patch
-// test holds.
+// The strain is E + sum_k M_k alpha_k. The St.Venant-Kirchhoff energy is quadratic in it, so its minimum over
+// alpha is a linear function of the strains of the element: no iteration, no variable stored from step to
+// step, and the energy-momentum scheme stays exact. The modes have zero mean, so the patch test holds.
 // ---------------------------------------------------------------------------
 #include <Eigen/Dense>
 
@@ -27,7 +26,7 @@ inline const double* mode_at(const double* eas, int dim, int g, int k)
   return eas + (g * mode_count(dim) + k) * dim * dim;
 }
 
-// (sum_g w M : D : M)^-1, behind the modes
+// (sum_g w M : D : M)^-1, stored after the modes
 inline const double* inverse_at(const double* eas, int dim, int ngp) { return mode_at(eas, dim, ngp, 0); }
 
 template <int D>
@@ -134,7 +133,7 @@ void condense(const double* inv, double cD, const double* L, double* ke)
         for (int j = 0; j < D; ++j) {
           double sum = 0.0;
           for (int k = 0; k < n; ++k) sum += L[(k * N + a) * D + i] * IL[(k * N + b) * D + j];
-          ke[pair_place(a, b) * D * D + i * D + j] -= sum;
+          ke[pair_index(a, b) * D * D + i * D + j] -= sum;
         }
 }
 
@@ -151,7 +150,7 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   if (ke)
     for (int k = 0; k < pair_count(N) * DD; ++k) ke[k] = 0.0;
-  // 1. strains of all Gauss points, and what they make of the enhanced modes
+  // 1. strains of all Gauss points, and amplitudes of the enhanced modes
   for (int g = 0; g < NGP; ++g) {
     double H0[DD] = {0}, H1[DD];
     ip_gradient<D, N>(dNdX + g * N * D, N, u1, H1);

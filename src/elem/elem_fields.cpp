@@ -70,7 +70,7 @@ double general_energy(const Model& m, const ElemBlock& b, const MatLaw& law, siz
   return sum;
 }
 
-// strain energy of the intact element at place s
+// strain energy of the intact element in slot s
 template <int D>
 double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u, bool nlgeom)
 {
@@ -117,7 +117,7 @@ PackEnergy pack_energy_of(const ElemBlock& b)
 // sigma = F S F^T / det F                                                            (2.3)
 void cauchy_stress(const double* F, const double* S, double* sig)
 {
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   const double J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
                    F[2] * (F[3] * F[7] - F[4] * F[6]);
   const double Sm[9] = {S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2]};
@@ -132,7 +132,7 @@ void cauchy_stress(const double* F, const double* S, double* sig)
 // E of out (six components) from an enhanced element
 void set_strain(const double* E, int dim, IpFields& out)
 {
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   for (int k = 0; k < 6; ++k) {
     const int i = V::row[k], j = V::col[k];
     out.E[k] = i < dim && j < dim ? E[i * dim + j] : 0.0;
@@ -143,7 +143,7 @@ void set_strain(const double* E, int dim, IpFields& out)
 
 void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out)
 {
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   for (int k = 0; k < 6; ++k) {
     const int i = V::row[k], j = V::col[k];
     double e = 0.0;
@@ -272,7 +272,7 @@ void elem_dissipated(const Elements& el, const Level& l, double& plastic, double
 double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each)
 {
   double sum = 0.0, energy[PACK];
-  int slot[PACK], n = 0;       // intact elements that wait for a full pack
+  int slot[PACK], n = 0;       // intact elements of an incomplete pack
   if (each) each->assign(el.initial_block.size(), 0.0);
   const auto add = [&](int e, double value, bool intact) {
     sum += value;
@@ -336,7 +336,7 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
   return sum;
 }
 
-double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N)
+double elem_gauss_position(const Model& m, const Elements& el, int e, int g, double* X, double* N)
 {
   const ElemBlock& b    = el.block[el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];

@@ -3,10 +3,10 @@
 namespace {
 
 // an element with NGP Gauss points and N nodes in D dimensions, or a pack of them; re or ke may be null.
-// Returns the least det F(n+1); with ENERGY energy; with STRESS most, the largest S : S
+// Returns the minimum of det F(n+1); ENERGY: energy; STRESS: SS_max, the maximum of S : S
 template <int D, int N, int NGP, bool ENERGY = false, bool STRESS = false, class G, class T>
 T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, const T* u0, const T* u1, T* re,
-       T* ke, T* energy = nullptr, T* most = nullptr)
+       T* ke, T* energy = nullptr, T* SS_max = nullptr)
 {
   T det_min = T{} + 1.0;
   if (ENERGY) *energy = T{};
@@ -24,7 +24,7 @@ T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, con
     if (STRESS) {
       T SS = {};
       for (int k = 0; k < D * D; ++k) SS += S[k] * S[k];
-      *most = SS > *most ? SS : *most;
+      *SS_max = SS > *SS_max ? SS : *SS_max;
     }
     if (ENERGY) {
       T E[D * D], Snew[D * D], psi = {};
@@ -49,34 +49,34 @@ Status form_one(const ElemBlock& b, size_t slot, const KernelMode& mode,
              : BAD_JACOBIAN;
 }
 
-// lanes in which a principal stress may exceed the strength: it is at most sqrt(S : S)
-unsigned near_strength(const ElemBlock& b, const int* slot, const Pack& most)
+// lanes in which a principal stress may exceed the strength: it is at SS_max sqrt(S : S)
+unsigned near_strength(const ElemBlock& b, const int* slot, const Pack& SS_max)
 {
   unsigned out = 0;
   for (int l = 0; l < PACK; ++l) {
     const double ft = b.law.crack.strength * (b.scatter.empty() ? 1.0 : b.scatter[slot[l]]);
-    if (!(most[l] <= ft * ft)) out |= 1u << l;
+    if (!(SS_max[l] <= ft * ft)) out |= 1u << l;
   }
   return out;
 }
 
-// equal elements share their gradients; others have them side by side in packs. Apart for ENERGY: the forces
-// alone are faster
+// equal elements share their gradients; those of others are gathered in packs. A separate instance for
+// ENERGY: forces alone are faster
 template <int D, int N, int NGP, bool ENERGY, bool STRESS>
 __attribute__((noinline, flatten)) Pack form_rows(const ElemBlock& b, const int* slot, const KernelMode& mode,
                                                   const Pack* u0, const Pack* u1, Pack* re, Pack* ke,
-                                                  Pack* energy, Pack* most)
+                                                  Pack* energy, Pack* SS_max)
 {
   bool equal = true;
   for (int l = 1; l < PACK; ++l) equal = equal && b.kind[slot[l]] == b.kind[slot[0]];
   if (equal) {
     const size_t first = b.gauss(slot[0]);
     return form<D, N, NGP, ENERGY, STRESS>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, u0, u1, re, ke,
-                                           energy, most);
+                                           energy, SS_max);
   }
   Pack dNdX[NGP * N * D], w[NGP];
   for (int g = 0; g < NGP; ++g) elem_gradients_pack<D, N>(b, slot, g, dNdX + g * N * D, w[g]);
-  return form<D, N, NGP, ENERGY, STRESS>(dNdX, w, b.law, mode, u0, u1, re, ke, energy, most);
+  return form<D, N, NGP, ENERGY, STRESS>(dNdX, w, b.law, mode, u0, u1, re, ke, energy, SS_max);
 }
 
 template <int D, int N, int NGP>
@@ -85,10 +85,10 @@ Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, co
 {
   const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
   Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), psi;
-  Pack most = {}, det;
+  Pack SS_max = {}, det;
   if (opens) {
-    det    = form_rows<D, N, NGP, true, true>(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi, &most);
-    *opens = near_strength(b, slot, most);
+    det    = form_rows<D, N, NGP, true, true>(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi, &SS_max);
+    *opens = near_strength(b, slot, SS_max);
   } else if (energy) {
     det = form_rows<D, N, NGP, true, false>(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi, nullptr);
   } else {

@@ -10,7 +10,7 @@ template <int D, int N, int NGP>
 Status form(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode& mode, const double* u0,
             const double* u1, const HistoryStep* h, double* re, double* ke)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   const size_t first = b.gauss(slot);
   const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
   const bool old = mode_reads_old(mode, law);

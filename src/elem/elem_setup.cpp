@@ -18,7 +18,7 @@ namespace {
 
 using BlockKey = std::tuple<int, int, double, bool, int>;
 
-// fracture definition of the elements that open against a cohesion, -1: others            [nelem]
+// fracture definition of cohesive elements, -1: others                                      [nelem]
 IntVec cohesive_elements(const Model& m)
 {
   IntVec def(m.mesh.nelem(), -1);
@@ -61,12 +61,12 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<BlockKey, int>& know
   return el.block[it->second];
 }
 
-const double SAME = 1e-12;     // of the size of an element: coordinates that differ by rounding only
+const double COORDINATE_TOL = 1e-12;   // of the size of an element: round-off of coordinates
 
-// Elements found so far, by their places relative to the first node in coarse steps
+// Kinds found so far, by the nodal coordinates relative to the first node, coarsely rounded
 struct Kinds {
   std::unordered_map<std::uint64_t, IntVec> bucket;
-  RealVec rel;                 // [kind][nen*dim] places relative to the first node
+  RealVec rel;                 // [kind][nen*dim] coordinates relative to the first node
 };
 
 double size_of(const double* rel, int n)
@@ -76,7 +76,7 @@ double size_of(const double* rel, int n)
   return size;
 }
 
-// the kind of an element with these places [n]; a new one when none is equal
+// the kind of an element with these relative coordinates [n]; fresh: a new one
 int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
 {
   const double size = size_of(rel, n);
@@ -90,7 +90,7 @@ int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
   for (int c : list) {
     bool same = true;
     for (int i = 0; i < n; ++i)
-      same = same && std::fabs(k.rel[static_cast<size_t>(c) * n + i] - rel[i]) <= SAME * size;
+      same = same && std::fabs(k.rel[static_cast<size_t>(c) * n + i] - rel[i]) <= COORDINATE_TOL * size;
     if (same) return c;
   }
   fresh = true;
@@ -121,8 +121,8 @@ bool add_kind(ElemBlock& b, const double* X)
   return true;
 }
 
-// elements in the order in which blocks hold them: that of the mesh; in a divided model by their first nodes,
-// whose order is that of the rows (model_order_nodes)
+// order of the elements in the blocks: as in the mesh; in a divided model by their smallest node number, in
+// the order of the rows (model_order_nodes)
 IntVec block_order(const Model& m)
 {
   const Mesh& mesh = m.mesh;
@@ -173,7 +173,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     if (m.part.on) b.conn.insert(b.conn.end(), node, node + info.nen);
     b.kind.push_back(kind_of(kinds[el.block_of[e]], rel, info.nen * info.dim, fresh));
     if (!fresh) continue;
-    if (b.opens()) b.place.insert(b.place.end(), rel, rel + info.nen * info.dim);
+    if (b.opens()) b.node_offset.insert(b.node_offset.end(), rel, rel + info.nen * info.dim);
     if (add_kind(b, X)) continue;
     *worst = e;
     return BAD_JACOBIAN;
@@ -213,7 +213,7 @@ MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t s
   if (!b.opens()) return law;
   law.crack.nodes = shape_info[b.shape].nen;
   law.crack.dim   = shape_info[b.shape].dim;
-  law.crack.place = &b.place[static_cast<size_t>(b.kind[slot]) * law.crack.nodes * law.crack.dim];
+  law.crack.X = &b.node_offset[static_cast<size_t>(b.kind[slot]) * law.crack.nodes * law.crack.dim];
   if (!b.scatter.empty()) law.crack.scatter = b.scatter[slot];
   return law;
 }
@@ -246,7 +246,7 @@ void elem_refresh(Elements& el)
 void elem_rigid(const Model& m, const Step& step, Elements& el)
 {
   const bool turns = !m.rigid.empty() && step.explicit_steps() && step.nlgeom;
-  if (turns != el.rigid.empty()) return;             // as before
+  if (turns != el.rigid.empty()) return;             // unchanged
   el.rigid.clear();
   if (!turns) return;
   IntVec body(m.mesh.nnode(), -1);

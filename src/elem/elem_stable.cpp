@@ -8,7 +8,7 @@
 namespace {
 
 // square of the largest frequency of a scalar field in an element of this kind: stiffness lam + 2 mu along
-// each gradient, on its own lumped mass                                                      (6.30)
+// each gradient, with the lumped mass of the element                                         (6.30)
 double frequency_of_kind(const ElemBlock& b, int kind)
 {
   const ShapeInfo& info = shape_info[b.shape];
@@ -35,8 +35,8 @@ double frequency_of_kind(const ElemBlock& b, int kind)
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues()(nen - 1);
 }
 
-// factor of the stiffness by the mean stretch of the element: along the largest one St.Venant-Kirchhoff
-// stiffens, along the smallest one laws of the logarithm do                                  (6.31)
+// factor of the stiffness by the mean stretch of the element: St.Venant-Kirchhoff stiffens along the largest
+// stretch, laws in logarithmic strains along the smallest                                    (6.31)
 double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVec& u)
 {
   const ShapeInfo& info = shape_info[b.shape];
@@ -48,13 +48,13 @@ double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVe
       for (int j = 0; j < dim; ++j) F(i, j) += u[node[a] * dim + i] * dN[a * dim + j];
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
   C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-  const double most = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
-  const double stretched = 1.0 + 1.5 * std::max(0.0, most - 1.0);
+  const double largest = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
+  const double stretched = 1.0 + 1.5 * std::max(0.0, largest - 1.0);
   if (b.law.kind == LAW_SVK || b.law.kind == LAW_GRANULAR || b.law.kind == LAW_COHESIVE) return stretched;
   return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
 }
 
-// mean gradient, volume, and the size 2 c / omega that a wave crosses in the stable increment       (6.35)
+// mean gradient, volume, and the length 2 c / omega that a wave travels in the stable increment     (6.35)
 void add_mean(ElemBlock& b, int kind)
 {
   const ShapeInfo& info = shape_info[b.shape];

@@ -2,8 +2,8 @@
 // kernel.h : the integration-point kernel: one for Gauss points and material points
 //
 // An integration point is a list of nodes, the reference gradients dNdX[n][D] of their
-// shape functions and a reference weight w. From the displacement gradients at both ends
-// of the step it gives internal force and tangent, total Lagrangian (doc/theory.md 1):
+// shape functions and a reference weight w. Internal force and tangent follow from the
+// displacement gradients at both ends of the step, total Lagrangian (doc/theory.md 1):
 //
 //   f_a  = w P dN_a/dX,  P = Fb S                                             (1.5)
 //   K_ab = w [ cD B_a^T D B_b + cG (dN_a/dX . S dN_b/dX) I ],  B of Fb        (1.6)
@@ -14,15 +14,15 @@
 // A law with beta (2.19): eta = beta rate adds to s_new and cD, and is subtracted from s_old.
 //
 // D dimension, N nodes (0: n given at run time). Matrices D x D row by row.
-// T is a number, or a Pack: the same number of PACK elements. G, of gradients and weights, may stay a number:
-// equal elements.
+// T is double, or Pack: a value of each of PACK elements. G, the type of gradients and weights, may be double
+// for equal elements.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_KERNEL_H
 #define MPFE_ELEM_KERNEL_H
 
 #include "mat/mat.h"
 
-// as many numbers as a vector register of the processor holds: longer vectors go through memory
+// width of a vector register of the processor: longer vectors would be stored in memory
 #if defined(__AVX512F__)
 const int PACK = 8;
 #elif defined(__AVX__)
@@ -32,7 +32,7 @@ const int PACK = 2;
 #endif
 typedef double Pack __attribute__((vector_size(8 * PACK), may_alias));
 
-// a row of PACK numbers, anywhere in memory
+// PACK consecutive values, unaligned
 typedef double PackRow __attribute__((vector_size(8 * PACK), aligned(8), may_alias));
 
 // pack_turn : x [PACK] transposed, rows to columns
@@ -64,7 +64,7 @@ inline void pack_turn(Pack* x)
     }
 }
 
-// pack_gather : number i of each of PACK arrays
+// pack_gather : element i of each of PACK arrays
 inline Pack pack_gather(const double* const* x, int i)
 {
 #if defined(__AVX512F__)
@@ -76,7 +76,7 @@ inline Pack pack_gather(const double* const* x, int i)
 #endif
 }
 
-// pack_gather_two : out [2] from the first two numbers of each of PACK arrays
+// pack_gather_two : out [2] from the first two elements of each of PACK arrays
 inline void pack_gather_two(const double* const* x, Pack* out)
 {
 #if defined(__AVX__) && !defined(__AVX512F__)
@@ -89,7 +89,7 @@ inline void pack_gather_two(const double* const* x, Pack* out)
 #endif
 }
 
-// pack_rows : out [n] from n numbers of each of PACK arrays that lie together
+// pack_rows : out [n] from n consecutive elements of each of PACK arrays
 inline void pack_rows(const double* const* x, int n, Pack* out)
 {
   const int whole = n / PACK * PACK;
@@ -100,9 +100,9 @@ inline void pack_rows(const double* const* x, int n, Pack* out)
   for (int k = whole; k < n; ++k) out[k] = pack_gather(x, k);
 }
 
-// number of node pairs a >= b, and the place of a pair
+// number of node pairs a >= b, and the index of a pair
 constexpr int pair_count(int n) { return n * (n + 1) / 2; }
-constexpr int pair_place(int a, int b) { return a * (a + 1) / 2 + b; }
+constexpr int pair_index(int a, int b) { return a * (a + 1) / 2 + b; }
 
 // H = sum_a u_a (x) dN_a/dX
 template <int D, int N, class G, class T>
@@ -146,8 +146,8 @@ inline void ip_law(const MatLaw& law, const T* E, T* S)
   for (int i = 0; i < D; ++i) S[i * D + i] += law.lam * tr;
 }
 
-// Fb and the strain E of the step, mixed as the stress, from the displacement gradients at t(n) and t(n+1);
-// mode: of the law; returns det F(n+1)
+// Fb and the strain E of the step, averaged in time as the stress, from the displacement gradients at t(n)
+// and t(n+1); mode: of the law; returns det F(n+1)
 template <int D, class T>
 inline T ip_kinematics(const KernelMode& mode, const T* H0, const T* H1, T* Fb, T* E)
 {
@@ -232,7 +232,7 @@ inline void ip_tangent(const G* dNdX, int n, G w, const MatLaw& law, const Kerne
         gg += dNdX[a * D + j] * dNdX[c * D + j];
         geo += h[j] * dNdX[c * D + j];
       }
-      T* k = ke + pair_place(a, c) * D * D;
+      T* k = ke + pair_index(a, c) * D * D;
       for (int i = 0; i < D; ++i) {
         for (int j = 0; j < D; ++j) {
           const T part = fl[i] * f[c * D + j] + f[c * D + i] * fm[j] + b[i * D + j] * gg;

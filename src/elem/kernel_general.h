@@ -1,7 +1,7 @@
 // ---------------------------------------------------------------------------
 // kernel_general.h : the integration-point kernel for laws with a general tangent D (doc/theory.md 2.4)
 //
-// Force and tangent have the form of (1.5), (1.6); the law is three-dimensional and sees six components.
+// Force and tangent have the form of (1.5), (1.6); the law is three-dimensional, with six components.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_KERNEL_GENERAL_H
 #define MPFE_ELEM_KERNEL_GENERAL_H
@@ -16,13 +16,13 @@ struct HistoryStep {
   double* np1     = nullptr;   // at t(n+1)
 };
 
-// Fb, S [D*D] and, unless C is null, C [nv*nv] from the displacement gradients at t(n), when mode_reads_old,
+// Fb, S [D*D] and, unless C is null, C [nv*nv] from the displacement gradients at t(n), if mode_reads_old,
 // and t(n+1)
 template <int D>
 inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
                          const double* h_n, double* h_np1, double* Fb, double* S, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   double E[D * D], E0[6] = {0}, E1[6], S6[6], C6[36];
   if (mode.finite && !law.broken && !(ip_det<D>(H1) > 0.0)) return BAD_JACOBIAN;
   ip_strain<D>(mode.finite, H1, E);
@@ -44,12 +44,11 @@ inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double
   return STATUS_OK;
 }
 
-// d(Fb S)/dH with the law's tangent C: A [D][D][D*D], index (J, L) has the block i, j of dP_iJ / dH_jL, times
-// w
+// d(Fb S)/dH with the law's tangent C: A [D][D][D*D], w times the block i, j of dP_iJ / dH_jL at (J, L)
 template <int D>
 inline void ip_moduli(double w, const double* C, double cG, const double* Fb, const double* S, double* A)
 {
-  using V = VoigtPlace<D>;
+  using V = VoigtIndex<D>;
   constexpr int nv = V::nv, DD = D * D;
   double B[nv * DD] = {0}, CB[nv * DD];              // dE_v / dH_iJ                               (1.5)
   for (int v = 0; v < nv; ++v)
@@ -74,8 +73,8 @@ inline void ip_moduli(double w, const double* C, double cG, const double* Fb, co
         }
 }
 
-// ke [pairs a >= b][D*D] += w [ B_a^T C B_b + cG (dN_a/dX . S dN_b/dX) I ], by way of the moduli: each pair
-// takes D products of a block with a number, which lie in vector registers
+// ke [pairs a >= b][D*D] += w [ B_a^T C B_b + cG (dN_a/dX . S dN_b/dX) I ], by the moduli A: D products of a
+// block with a scalar per pair, in vector registers
 template <int D, int N>
 inline void ip_tangent_general(const double* dNdX, int n, double w, const double* C, double cG,
                                const double* Fb, const double* S, double* ke)
@@ -90,7 +89,7 @@ inline void ip_tangent_general(const double* dNdX, int n, double w, const double
     for (int L = 0; L < D; ++L)
       for (int J = 0; J < D; ++J)
         for (int m = 0; m < DD; ++m) M[L * DD + m] += dNdX[a * D + J] * A[(J * D + L) * DD + m];
-    if constexpr (D == 3) {                          // the numbers of a block as 8 and 1
+    if constexpr (D == 3) {                          // 9 values of a block as 8 and 1
       constexpr int R = 8 / PACK;
       Pack M0[R], M1[R], M2[R];
       for (int r = 0; r < R; ++r) {

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// frac.h : eigenfracture: which elements break, and how they become material points (doc/theory.md 7)
+// frac.h : eigenfracture: breaking of elements, and conversion to material points (doc/theory.md 7)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_FRAC_FRAC_H
 #define MPFE_FRAC_FRAC_H
@@ -12,24 +12,23 @@
 #include "model/model_cut.h"
 #include "point/point.h"
 
-// Part of Gc/h below which psi+ of an element neither breaks it nor is followed; an element at a tip holds
-// 0.1
-const double FRAC_LEAST = 0.01;
+// Fraction of Gc/h: with less psi+ an element is not tested or averaged; an element at a tip has 0.1
+const double FRAC_MIN_DRIVE = 0.01;
 
-// In sizes of an element: default radius of the ball by FORCE and by BALL; radius of the ball around a notch
-// in which BALL asks for J as well; default spacing in motion
+// In element sizes: default radius of the ball by FORCE and by BALL; radius of the ball around a notch in
+// which BALL also evaluates J; default spacing in dynamics
 const double FRAC_RADIUS_FORCE = 5.0, FRAC_RADIUS_BALL = 2.0, FRAC_NOTCH = 5.0, FRAC_SPACING = 2.0;
-// what a kink looks at around an element, in its sizes
+// radius of the region read for a kink, in element sizes
 const double FRAC_KINK = 6.0;
-// the same from the corner of the square in which a sharp crack is looked at                       (7.38)
+// the same for the square around a sharp crack                                                     (7.38)
 const double FRAC_SHARP = 11.0;
 
-// What fracture and conversion need to know of the mesh at t = 0; made once
+// Data of the mesh at t = 0 for fracture and conversion; computed once
 struct FracMesh {
-  bool on = false;             // something can break or change its form
+  bool on = false;             // elements can break or be converted
   IntVec def;                  // [nelem] index into Model::fracture, -1: cannot break
   IntVec conv;                 // [nelem] index into Model::conversion, -1: stays an element
-  RealVec gc;                  // [nelem] toughness, with its scatter               force/length
+  RealVec gc;                  // [nelem] toughness, with scatter                   force/length
   RealVec release;             // [nelem] dynamics: time in which psi+ of a broken element falls to c   time
   RealVec average;             // [nelem] dynamics: time over which the criterion averages psi+        time
   RealVec centre;              // [nelem*3]
@@ -38,12 +37,12 @@ struct FracMesh {
   // [nelem] h: edge of the square or cube that the element is a part of     length
   RealVec size;
   RealVec local;               // [nelem] h, mean with the neighbours
-  IntVec across, across_face;  // [nelem*6] element behind a face and its face there, -1: none
+  IntVec across, across_face;  // [nelem*6] adjacent element at a face, and its face, -1: none
   ListTable of_node;           // [nnode] elements of a node
-  // nodes between materials, ascending; [3] normal of the interface there, 0 where it turns sharply   (7.36)
+  // nodes between materials, ascending; [3] normal of the interface there, 0 at a sharp bend         (7.36)
   IntVec between;
   RealVec between_normal;
-  // [nelem] radius of the ball in which the end of a notch was looked for, negative: there is one; 0: not yet
+  // [nelem] radius of the ball searched for the end of a notch, negative: found; 0: not yet searched
   mutable RealVec notch;
   double lo[3] = {0, 0, 0}, bin = 1.0;     // bins of centres
   int nbin[3] = {1, 1, 1};
@@ -54,39 +53,39 @@ struct FracMesh {
 struct Erosion {
   int elem = -1;               // divided model: index here, -1: it is not here
   double value = 0.0;          // criterion over toughness, >= 1
-  double rank  = 0.0;          // what the order goes by
-  double J[3]  = {0, 0, 0};    // direction of growth times G, 0: not known
+  double rank  = 0.0;          // value by which elements are ordered
+  double J[3]  = {0, 0, 0};    // direction of growth times G, 0: unknown
   double time  = 0.0;          // when the criterion was met, by frac_when
   int number = -1, label = 0;  // in the mesh of the deck
   int def = -1;                // index into Model::fracture
   double X[3] = {0, 0, 0};     // centre at t = 0
-  double gain = 1.0;           // value over the estimate of the element by which its front is judged
+  double gain = 1.0;           // value over the estimate of the element that represents the front
 };
 
-// The element whose criterion is exceeded most among those that may break now
+// The element with the largest excess of its criterion
 struct FirstBreak {
   int elem = -1;               // divided model: index here, -1: it is not here
   int number = -1, label = 0;  // in the mesh of the deck; -1: there is none
   int def = -1;                // index into Model::fracture
   double value = 0.0;          // criterion over the value at which it breaks, >= 1
-  double part  = 0.0;          // FALLBACK: part of Gc h; 0: by the criterion of its definition
+  double part  = 0.0;          // FALLBACK: fraction of Gc h; 0: by the criterion of its definition
   double gain  = 1.0;          // of a kink over the estimate of elem
 };
 
 // frac_mesh : topology, sizes, toughness. Returns the number of errors (messages in the log).
 int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
 
-// frac_outer : [ranks] elements of others that the estimates, gates and crack areas of those of a rank look
-// at, and those at a node of what it then has, ascending; of a model that breaks  (7.1) - (7.8), (7.17)
-//   in   rank    that works on an element                 [nelem]
+// frac_outer : [ranks] halo elements that the estimates, gates and crack areas of a rank read, and elements
+// at their nodes, ascending; of a model that breaks (7.1) - (7.8), (7.17)
+//   in   rank    owner of an element                      [nelem]
 //   out  notch   MeshPart::notch                          [nelem]
 std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, std::vector<char>& notch);
 
-// frac_around : [ranks] elements of others within so many rows of its own, where elements become points
+// frac_around : [ranks] elements of other ranks within this many rows of the own ones, if there is conversion
 std::vector<IntVec> frac_around(const Model& m, const IntVec& rank, int ranks, int rows);
 
-// rows of elements around those that a rank works on: whether corners of a converted element hang on nodes
-// depends on the elements at its nodes, and on whether nodes of these have an element  (7.14)
+// rows of halo elements: whether corners of a converted element hang on nodes depends on the elements at its
+// nodes, and on whether their nodes have an element  (7.14)
 const int FRAC_ROWS = 2;
 
 // frac_other_material : are the energies of two elements with a section at equal strain different?
@@ -95,40 +94,39 @@ bool frac_other_material(const Elements& el, int a, int b);
 // frac_of_node : elements of each node                   [nnode]
 ListTable frac_of_node(const Mesh& mesh);
 
-
-// frac_share : a number of each element [nelem], found by the ranks each for theirs, for all that look at it.
+// frac_share : copies a value of each element [nelem] from its owner to the ranks with it as halo element.
 // Collective.
 void frac_share(const MeshPart& part, RealVec& x);
 
 // ---- divided model (5.1)
-// frac_gather : elements of this rank, from place first on, become those of all ranks, by time of breaking
-// and number in the mesh of the deck, which the list holds then; a whole model has them already, in another
+// frac_gather : replaces the elements of this rank, from index first on, by those of all ranks: numbers in
+// the mesh of the deck, by time of breaking and number. A model that is not divided has them in another
 // order. Collective.
 void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first);
 
-// frac_releasing : elements under release of all ranks, numbers in the mesh of the deck, in the order of
+// frac_releasing : elements in release of all ranks, numbers in the mesh of the deck, in the order of
 // breaking. Collective.
 IntVec frac_releasing(const Model& m, const Fracture& fr);
 
-// frac_reload : a state as a restart file has it, with indices that are numbers in the mesh of the deck,
-// becomes that of here; begin: points at t = 0. False: points or bonds do not fit the model. Collective.
+// frac_reload : converts a state of a restart file, with numbers in the mesh of the deck, to local indices;
+// begin: points at t = 0. False: points or bonds do not fit the model. Collective.
 bool frac_reload(const Points& begin, State& st, Model& m, const FracMesh& fm);
 
-// frac_take : divided model: points and bonds of the elements of here from a state that was read
-// (state_find_corners, state_read_bonds), with elements and nodes of here (-1: not here); begin: points
-// at t = 0. False: it does not fit the model
+// frac_take : divided model: extracts points and bonds of the elements of this rank from a state that was
+// read (state_find_corners, state_read_bonds), with local elements and nodes (-1: not here); begin: points at
+// t = 0. False: it does not fit the model
 bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& st);
 
-// frac_gone : [nelem] 1: no element any more
+// frac_gone : [nelem] 1: no longer an element
 IntVec frac_gone(const Fracture& fr);
 
-// frac_begin : nothing is broken yet, but for pre-cracks, which become points after the first increment;
-// l: the degradation factors. Collective.
+// frac_begin : initial state: only pre-cracks are broken, and are converted after the first increment; l: the
+// degradation factors. Collective.
 void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l);
 
-// frac_near : calls use(element, distance) for all elements whose centre lies within radius of x
+// frac_in_ball : calls use(element, distance) for all elements with a centre within radius of x
 template <class Use>
-void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
+void frac_in_ball(const FracMesh& fm, const double* x, double radius, Use use)
 {
   int a[3], b[3];
   for (int i = 0; i < 3; ++i) {
@@ -149,160 +147,154 @@ void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
       }
 }
 
-// frac_drive : psi+ / volume of an intact element by a law, at the displacements of l              
-// force/length^2
+// frac_drive : psi+ / volume of an intact element by a law, at the displacements of l        force/length^2
 double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
                   int e, Split split);
 
 // frac_average : dynamics: psi+ and its average over time at the converged level l                  (7.26).
 // Collective.
-//   in   energy    strain energy of intact elements at l, those of this rank  [nelem]
+//   in   energy    strain energy of owned intact elements at l                [nelem]
 void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
                   const RealVec& energy, Fracture& fr);
 
-// frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8).
+// frac_test : elements that break now, highest rank first; l: a converged level. doc/theory.md (7.1) - (7.8).
 // Collective.
-//   in   energy    strain energy of intact elements at l, those of this rank  [nelem]
-//   out  first     by how much the criterion is exceeded
+//   in   energy    strain energy of owned intact elements at l                [nelem]
+//   out  first     the element with the largest excess
 void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                const Level& l, const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first);
 
-// frac_value : what first.value is at another level; first.elem is intact there. Collective.
+// frac_value : first.value at another level, at which first.elem is intact. Collective.
 double frac_value(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                   const Level& l, const FirstBreak& first);
 
-// frac_estimate : G of element e by the estimate of its definition, whatever the gates say; J [3]: FORCE: its
+// frac_estimate : G of element e by the estimate of its definition, without the gates; J [3]: FORCE: its
 // direction
 double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
                      const Fracture& fr, const Level& l, int e, double J[3]);
 
-// frac_erode : elements break, one after the other: normal, time, counts, in statics or without gradual
-// release the degradation factor. Collective.
+// frac_erode : breaks elements, in order: normal, time, counts; in statics or without gradual release also
+// the degradation factor. Collective.
 //   out  released   strain energy of each at fixed displacement
 void frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
                 const std::vector<Erosion>& all, Fracture& fr, Level& l, RealVec& released);
 
-// frac_when : time at which the criterion of each was met, between l0 and l1, where its value is taken as
-// linear (7.15); l0 if it was met there; l1 in statics, with FALLBACK and for elements that drop their stress
-// at once. Collective.
+// frac_when : time at which the criterion of each was met, by linear interpolation between l0 and l1 (7.15);
+// l0 if met there; l1 in statics, with FALLBACK and for elements with sudden release. Collective.
 //   in   fr      before they break
 void frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                const Level& l0, const Level& l1, std::vector<Erosion>& all);
 
-// frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at
-// once  (7.15)
+// frac_degrade : degradation factors at the end l1 of an increment dt from l0; statics: c at once  (7.15)
 void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0,
                   double dt, Level& l1);
 
-// frac_degraded : energy that the degradation between l0 and l1 gives up  (7.16). Collective.
+// frac_degraded : energy released by degradation between l0 and l1  (7.16). Collective.
 double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l0, const Level& l1);
 
 // frac_count_releasing : Fracture::nreleasing of all ranks. Collective.
 void frac_count_releasing(const Model& m, Fracture& fr);
 
-// frac_open : elements whose release is over leave the list; those to become points then are added to
-// convert (numbers in the mesh of the deck). Collective.
+// frac_open : removes elements after their release from the list; those to be converted are added to convert
+// (numbers in the mesh of the deck). Collective.
 void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert);
 
-// frac_due : elements that a distortion or a time turns into points now (numbers in the mesh of the deck).
+// frac_due : elements to be converted now by distortion or time (numbers in the mesh of the deck).
 // Collective.
 void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
               IntVec& out);
 
-// frac_convert : elements become material points: corners at the lattice of the element, bonds on the new
-// interface.
-// Writes form, points, bonds and the level n; velocities and displacements of new corners are those of the
-// element. Collective.
-//   in   number   in the mesh of the deck, of all ranks; those that are here become points here
+// frac_convert : converts elements to material points: corners on the lattice of the element, bonds on the
+// new interface. Writes phase, points, bonds and the level n; new corners have velocities and displacements
+// of the element. Collective.
+//   in   number   in the mesh of the deck, of all ranks
 void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& number, CornerShare& share,
                   State& st);
 
-// frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of
-// that at t = 0: those to be released from their neighbours, and released ones whose shape is to be made
-// anew; numbers among the points of all ranks, ascending (7.12). Collective.
-void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts, const Level& l,
-               IntVec& out);
+// frac_to_release : broken points with a largest stretch above RELEASE, or a volume ratio below 1/RELEASE: to
+// be released from their neighbours, or, if released already, reshaped; numbers among the points of all
+// ranks, ascending (7.12). Collective.
+void frac_to_release(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts,
+                     const Level& l, IntVec& out);
 
-// frac_release : torn points are released: corners and unknowns of their own, the shape of t = 0 turned, and
-// a rigid motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their
-// elements go  (7.13). Collective.
-//   in   number   of frac_torn; those that are here are released here
-//        last     no frac_convert follows, which forms the interfaces
+// frac_release : releases points: they get corners and unknowns of their own, the rotated shape of t = 0, and
+// a rigid motion that conserves mass, linear momentum and, unless energy would increase, angular momentum;
+// the bonds of their elements are deleted (7.13). Collective.
+//   in   number   from frac_to_release
+//        last     form the interfaces: no frac_convert follows
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool last, State& st);
 
-// The shape that a point would be released with
-struct GrainShape {
+// Shape of a point after its release
+struct ReleasedShape {
   int number = -1;             // of the point, of all ranks
   Shape shape = SHAPE_QUAD4;
   double scale = 1.0;          // about its centre
-  double centre[3], corner[8][3];      // now, with scale 1
+  double centre[3], corner[8][3];      // present positions, with scale 1
 };
 
-// frac_room : scales of the shapes with which they overlap no element and no other point, least at least
-// (7.34). Collective.
-//   in   st      before the release; points of grain do not count with the corners that they have there
-//   inout grain  of all ranks, the same on all of them
-void frac_room(const Model& m, const State& st, double least, std::vector<GrainShape>& grain);
+// frac_room : scales of the shapes, not below least, without overlap with elements or other points  (7.34).
+// Collective.
+//   in   st        before the release; the points of released are ignored there
+//   inout released  shapes of all ranks, equal on all
+void frac_room(const Model& m, const State& st, double least, std::vector<ReleasedShape>& released);
 
-// frac_follow : corners of points that go on for nodes whose last element has become points; of several the
-// first that is not released. Loads, supports and results of the node go on there.       doc/theory.md (7.18)
+// frac_follow : corners of points that replace nodes whose last element has been converted; of several the
+// first that is not released. Loads, supports and results of the node are transferred.   doc/theory.md (7.18)
 //   out  corner   [nnode] >= 0: corner; FOLLOW_ELEMENT: the node has elements, or never had;
-//                 FOLLOW_NONE: no corner lies there. Empty: nothing has been converted
+//                 FOLLOW_NONE: no corner at the node. Empty: no conversion yet
 enum { FOLLOW_ELEMENT = -1, FOLLOW_NONE = -2 };
 void frac_follow(const Model& m, const Fracture& fr, const Points& pts, IntVec& corner);
 
-// frac_interfaces : surfaces of points and bonds of the interfaces, after elements or points have changed
-// their form
+// frac_interfaces : surfaces of points and bonds of the interfaces, after conversion or release
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st);
 
 // ---- fragments (doc/theory.md 7.5) --------------------------------------------
 
-struct Fragment {              // a connected piece; the first of Fragments: all debris
+struct Fragment {              // a connected fragment; the first of Fragments: all debris
   int nelem = 0, npoint = 0;
-  // smallest label: of its elements and of the elements that its points were; of points alone theirs
+  // smallest label of its elements and parent elements of its points; without any, of its points
   int label = 0;
-  bool of_mesh = false;        // label is that of an element
+  bool of_mesh = false;        // label of an element
   double volume = 0, mass = 0; // volume: at t = 0                                  length^3
   double centre[3] = {0, 0, 0}, velocity[3] = {0, 0, 0};
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};     // about the centre
   double spin[3] = {0, 0, 0};        // omega of I omega = angular                    1/time
-  double kinetic = 0, translation = 0, rotation = 0, rest = 0;   // kinetic = the sum of the other three
+  double kinetic = 0, translation = 0, rotation = 0, rest = 0;   // kinetic: sum of the other three
   double inertia[6] = {0, 0, 0, 0, 0, 0};   // about the centre: 11 22 33 12 23 31    mass length^2
   double principal[3] = {0, 0, 0};   // ascending
-  double axis[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};   // row k: unit vector that belongs to principal[k]
-  double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};    // bounding box now
+  double axis[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};   // row k: unit vector of principal[k]
+  double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};    // present bounding box
 };
 
 struct Fragments {
-  std::vector<Fragment> item;  // 0: debris, then fragments by falling mass
+  std::vector<Fragment> item;  // 0: debris, then fragments by decreasing mass
   IntVec of_elem;              // [nelem] index into item, -1: no longer an element
   IntVec of_point;             // [npoint]
   int count() const { return static_cast<int>(item.size()) - 1; }
 };
 
-// frac_connect : of_elem, of_point of f: 0 debris, 1 ... pieces in the order of their smallest node or
-// corner. Returns the number of pieces, of all ranks.  doc/theory.md (7.30)
+// frac_connect : of_elem, of_point of f: 0 debris, 1 ... fragments in the order of their smallest node or
+// corner. Returns the number of fragments, of all ranks.  doc/theory.md (7.30)
 int frac_connect(const Model& m, const Elements& el, const State& st, Fragments& f);
 
-// frac_measure : item of f from of_elem and of_point; n: pieces.  doc/theory.md (7.31), (7.32)
+// frac_measure : item of f from of_elem and of_point; n: fragments.  doc/theory.md (7.31), (7.32)
 void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fragments& f);
 
-// frac_fragments : pieces at t(n), numbered by falling mass, and their measures
+// frac_fragments : fragments at t(n), numbered by decreasing mass, with their data
 void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f);
 
-// frac_repeat : the conversions and releases of fr once more, of points that are as at t = 0; false: it has
-// other ones
-//   in   of       points that there are now, which fr.left has corners of: of here, or of all ranks
-//   out  number   [ncorner of start] that corner of of, but for those that points were released with
+// frac_repeat : repeats the conversions and releases of fr from the points of t = 0 (start); false: the
+// points do not match
+//   in   of       present points, of this rank or of all ranks, whose corners fr.left names
+//   out  number   [ncorner of start] corner in of, except for corners left at a release
 //        left     as Fracture::left, in corners of start
 bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& of, Points& start,
                  CornerShare& share, IntVec& number, ListTable& left);
 
-// frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start):
-// neighbours that convert later find the same numbers. False: the points of st are others than those made
-// again.
+// frac_replay : reconstructs the corners shared by conversion so far from the points of t = 0 (start), so
+// that later conversions find the same numbers. False: the points of st do not match.
 bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share);
 
 #endif

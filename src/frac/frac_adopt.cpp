@@ -33,7 +33,7 @@ namespace {
 bool reload_parts(const Points& begin, State& st, Model& m, const FracMesh& fm)
 {
   PointPart known;
-  std::swap(known, st.points.part);      // bonds name corners of all ranks
+  std::swap(known, st.points.part);      // bonds refer to corners of all ranks
   state_from_deck(m.part, st);
   std::swap(known, st.points.part);
   bool good = st.frac.phase.size() == m.part.elem.size() || st.frac.empty();

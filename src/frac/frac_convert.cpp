@@ -14,10 +14,10 @@
 
 namespace {
 
-// values of a nodal field at the corners that an element has made                            (7.9)
+// values of a nodal field at the corners created by an element                               (7.9)
 void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec& corner)
 {
-  room_for(corner, share.made.size() * dim, 8);      // each of three levels has such arrays
+  room_for(corner, share.made.size() * dim, 8);      // three levels have such arrays
   for (size_t k = 0; k < share.made.size(); ++k)
     for (int i = 0; i < dim; ++i) {
       double sum = 0.0;
@@ -27,8 +27,8 @@ void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec
     }
 }
 
-// velocity of element e at corner c: that of the node where it lies, or (no hang: a body that does not follow
-// nodes) what the element has there
+// velocity of element e at corner c: of the node at the corner, or (no hang: a body that does not follow
+// nodes) interpolated in the element
 void element_velocity(const Model& m, const Points& pts, int e, int c, const RealVec& v, double* out)
 {
   if (pts.hang.count(c) == 1) {
@@ -36,16 +36,16 @@ void element_velocity(const Model& m, const Points& pts, int e, int c, const Rea
     return;
   }
   double N[8];
-  MPFE_CHECK(point_corner_in_element(m, pts, e, c, N), "a corner of an element is not found in it");
+  MPFE_CHECK(point_corner_in_element(m, pts, e, c, N),
+             "a corner of a converted element lies outside of the element");
   for (int i = 0; i < m.dim; ++i) {
     out[i] = 0.0;
     for (int a = 0; a < m.mesh.conn.count(e); ++a) out[i] += N[a] * v[m.mesh.conn.begin(e)[a] * m.dim + i];
   }
 }
 
-// a corner that a neighbour has made before shares the momentum of both: the mean, weighted with the
-// masses  (7.11)
-//   in   before, added: masses of the others and of e at corner c
+// velocity of a corner shared with a neighbour converted earlier: the mean, weighted by mass  (7.11)
+//   in   before, added: masses of the neighbours and of e at corner c
 void share_momentum(const Model& m, const Points& pts, int e, int c, double before, double added, Level& l)
 {
   double v[3];
@@ -67,23 +67,23 @@ Mat3 plastic_metric(const double* a)                   // Cp^-1 of HISTORY_DEFOR
 
 Mat3 matrix(const double* F) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(F); }
 
-// where the history of point p has the plastic deformation, -1: its law has none. Broken material that flowed
-// goes on with it
+// index of the plastic deformation in the history of point p, -1: none. Broken material keeps that of its
+// plastic law
 int plastic_part(const Model& m, const Points& pts, int p)
 {
   if (pts.broken[p] >= 0 && !law_flows(point_material(m, pts, p).law)) return -1;
   return law_field(law_of(mat_law(point_material(m, pts, p), PLANE_NONE)), HISTORY_DEFORMATION);
 }
 
-// Elastic deformation be = Fbar Cp^-1 Fbar^T of a Gauss point or a point of plastic material: what its stress
-// depends on
+// Elastic deformation be = Fbar Cp^-1 Fbar^T of a Gauss point or a point of plastic material, which
+// determines the stress
 Mat3 elastic_metric(const IpFields& f, const double* plastic)
 {
   const Mat3 F = matrix(f.Fbar);
   return F * plastic_metric(plastic) * F.transpose();
 }
 
-// the plastic deformation with which point p has this elastic one
+// sets the plastic deformation of point p for the elastic deformation be
 void set_elastic(const Model& m, int p, const Mat3& be, State& st)
 {
   const size_t n = point_history_size(st.points, st.n);
@@ -91,18 +91,18 @@ void set_elastic(const Model& m, int p, const Mat3& be, State& st)
   point_ip_fields(m, st.points, st.n, p, f);
   const Mat3 inv = matrix(f.Fbar).inverse(), C = inv * be * inv.transpose() - Mat3::Identity();
   double* h = history_at(st.n.hp, n, p) + plastic_part(m, st.points, p);
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   for (int k = 0; k < 6; ++k) h[k] = 0.5 * (C(V::row[k], V::col[k]) + C(V::col[k], V::row[k]));
 }
 
-// Gauss point of element e next to point p at t = 0
+// Gauss point of element e nearest to point p at t = 0
 int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, int p)
 {
   double X[3], at[3], N[8], nearest = 1e300;
   int best = 0;
   point_centre(pts, m.dim, p, X);
   for (int g = 0; g < shape_info[el.block[el.initial_block[e]].shape].ngp; ++g) {
-    elem_gauss_place(m, el, e, g, at, N);
+    elem_gauss_position(m, el, e, g, at, N);
     double d = 0.0;
     for (int i = 0; i < m.dim; ++i) d += (X[i] - at[i]) * (X[i] - at[i]);
     if (d >= nearest * (1.0 - 1e-9)) continue;
@@ -112,8 +112,8 @@ int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, 
   return best;
 }
 
-// The points of element e take the history of the Gauss point next to them: whole, since means of plastic
-// deformations are none;  be: their elastic deformations, of plastic material
+// copies the history of the nearest Gauss point to the points of element e, since the mean of plastic
+// deformations is not a plastic deformation;  be: elastic deformations, of plastic material
 void pass_history(const Model& m, const Elements& el, int e, int first, State& st, std::map<int, Mat3>& be)
 {
   const size_t n = static_cast<size_t>(el.history);
@@ -131,7 +131,7 @@ void pass_history(const Model& m, const Elements& el, int e, int first, State& s
   }
 }
 
-// points whose gradients conversion may change (7.14): their elastic deformations
+// elastic deformations of points whose gradients conversion may change (7.14)
 void note_elastic(const Model& m, const State& st, std::map<int, Mat3>& be)
 {
   if (st.n.hp.empty()) return;
@@ -145,7 +145,7 @@ void note_elastic(const Model& m, const State& st, std::map<int, Mat3>& be)
   }
 }
 
-//   mass [ncorner]    of the domains so far at their corners
+//   mass [ncorner]    of the domains so far, at corners
 //   added [ncorner]   scratch, all zero before and after
 void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, CornerShare& share,
                  RealVec& mass, RealVec& added, State& st, std::map<int, Mat3>& be)
@@ -174,7 +174,7 @@ void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, 
   st.frac.converted.push_back(e);
 }
 
-// faces of finite elements with converted elements behind them that hold together, definition by definition
+// faces of finite elements adjacent to converted elements with an interface, by definition
 std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Points& pts,
                                       const Fracture& fr)
 {
@@ -196,9 +196,8 @@ std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const 
   return out;
 }
 
-// Elements whose corners are not on the grid: those that have a node with an element, and in the second row
-// those that have no node inside them, with converted elements all around: the grid does not hold so few
-// points  (7.14)
+// Converted elements whose corners are not on the grid: with a node that has an element, and in the second
+// row elements without an interior node of converted elements: too few points for the grid (7.14)
 //   lost [nnode]   1: without an element
 std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr,
                                const Points& pts)
@@ -221,17 +220,16 @@ std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec&
   return rim;
 }
 
-// What carries the corners of such elements: the node where it lies; at a node without elements it is on its
-// own, or on the grid when others that are broken share it; those between follow the ones at the nodes, on
-// faces to others that are whole those of both.
-// All others are on the grid.  (7.14)
+// Carriers of the corners of rim elements: the node at the corner; at a node without elements, unknowns of
+// its own, or the grid if other broken elements share it; corners between nodes follow those at the nodes.
+// All other corners are on the grid. (7.14)
 void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, Points& pts)
 {
   enum { RIM = 1, DEBRIS = 2, APART = 4 };
   std::vector<char> rim = rim_elements(m, fm, lost, fr, pts);
   if (m.part.around_points.on()) halo_copy(m.part.around_points, 1, rim);
   for (int e : fr.converted) point_sample(m, e, rim[e] && !m.conversion[fm.conv[e]].bonded, pts);
-  IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; all corners of a name
+  IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; of all copies of a corner
   for (int e : fr.converted) {
     const int first = pts.of_elem[e], by = rim[e]                   ? RIM
                                            : point_any_released(pts, e)      ? APART
@@ -252,7 +250,7 @@ void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const 
   }
 }
 
-// nodes whose last element has become points
+// nodes whose last element has been converted
 IntVec lost_nodes(const Model& m, const FracMesh& fm, const Fracture& fr)
 {
   IntVec lost(m.mesh.nnode(), 0);
@@ -284,7 +282,7 @@ double distortion(const Model& m, const Elements& el, int e, const Level& l)
   return worst;
 }
 
-// elements from place first on, of all ranks, ascending as those of a set, by their numbers in the deck
+// elements from index first on, of all ranks, ascending by their numbers in the deck
 void join_sorted(const MeshPart& deck, size_t first, IntVec& list)
 {
   if (!deck.on) return;
@@ -319,7 +317,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
                   State& st)
 {
   if (number.empty()) return;
-  IntVec elem, turn;           // of those whose points are known here
+  IntVec elem, turn;           // of elements whose points this rank stores
   for (size_t k = 0; k < number.size(); ++k) {
     const int e = m.part.elem_here(number[k]);
     if (e < 0) continue;
@@ -332,7 +330,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   }
   ListTable made;
   RealVec mass(st.points.ncorner, 0.0), added;
-  std::map<int, Mat3> be;      // [point] of plastic material: its stress goes on
+  std::map<int, Mat3> be;      // [point] of plastic material: conserves the stress
   note_elastic(m, st, be);
   point_add_mass(st.points, 0, mass);
   for (int e : elem) {

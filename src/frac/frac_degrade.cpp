@@ -5,7 +5,7 @@
 
 namespace {
 
-// strain energy of a broken element, or of the points that it has become, with the degradation factor c
+// strain energy of a broken element, or of its points, with the degradation factor c
 double broken_energy(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l, int e, double c)
 {

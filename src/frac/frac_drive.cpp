@@ -6,7 +6,7 @@
 
 namespace {
 
-// the average decays towards psi+, which is linear in the increment: d mean/dt = (psi+ - mean)/T  (7.26)
+// the average relaxes to psi+, which is linear in the increment: d mean/dt = (psi+ - mean)/T  (7.26)
 double averaged(double mean, double before, double now, double dt, double T)
 {
   const double lag = T * (now - before) / dt;
@@ -45,7 +45,7 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
     if (fm.def[e] < 0 || fm.average[e] == 0.0 || fr.broken[e] >= 0 || fr.phase[e] != AS_ELEMENT ||
         el.initial_block[e] < 0)
       continue;
-    if (energy[e] <= FRAC_LEAST * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;
+    if (energy[e] <= FRAC_MIN_DRIVE * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;
     now[e] = std::max(0.0, frac_drive(m, s, el, fm, l, static_cast<int>(e), m.fracture[fm.def[e]].drive));
   }
   frac_share(m.part, now);

@@ -5,7 +5,7 @@
 
 namespace {
 
-// nodes of elements that have become points, without those that still have an element
+// nodes of converted elements that have no element left
 IntVec lost_nodes(const Model& m, const Fracture& fr)
 {
   IntVec lost(m.mesh.nnode(), 0);
@@ -18,8 +18,8 @@ IntVec lost_nodes(const Model& m, const Fracture& fr)
   return lost;
 }
 
-// the corner of a point that lies at node n of its element at t = 0, -1: none
-//   in   start   the points of the element as they were at t = 0, of which q is the k-th
+// the corner of point q at node n of its element at t = 0, -1: none
+//   in   start   the points of the element at t = 0, of which q is the k-th
 int corner_at(const Model& m, const Points& pts, int q, const Points& start, int k, int n, double tol)
 {
   for (int a = 0; a < start.conn.count(k); ++a) {
@@ -56,7 +56,7 @@ void frac_follow(const Model& m, const Fracture& fr, const Points& pts, IntVec& 
   for (int e : fr.converted) {
     const double tol = tolerance(m.mesh, e);
     CornerShare share;
-    Points start;              // released points have shapes of their own                        (7.34)
+    Points start;              // released points have other shapes                              (7.34)
     const int first  = pts.of_elem[e];
     const bool apart = point_any_released(pts, e);
     if (apart) point_convert(m, pts.body[first], e, 0, share, start);

@@ -48,11 +48,11 @@ void add_force_of(const Scan& s, int e, const double* q, double* J)
 
 }  // namespace
 
-// faces of a ball
+// free faces of elements in a ball
 void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
 {
   out.clear();
-  frac_near(s.fm, &s.fm.centre[3 * e], radius, [&](int o, double) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], radius, [&](int o, double) {
     if (s.removed(o) || s.el.initial_block[o] < 0) return;
     for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
       const int behind = s.fm.across[6 * o + f];
@@ -73,7 +73,7 @@ bool find_notch(const Scan& s, int e, double radius)
 
 }  // namespace
 
-// the same; bodies are those of the start, so the answer is kept
+// the same; the result is stored, since bodies are those at t = 0
 bool at_notch(const Scan& s, int e, double radius)
 {
   if (!s.m.part.notch.empty() && !s.m.part.notch[e]) return false;
@@ -85,7 +85,7 @@ bool at_notch(const Scan& s, int e, double radius)
 
 namespace {
 
-// q of (7.6) at the place x
+// q of (7.6) at x
 double weight_at(const double* x, const double* c, double radius)
 {
   const double r = std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
@@ -97,8 +97,8 @@ double weight_of(const Scan& s, int node, const double* c, double radius)
   return weight_at(&s.m.mesh.X[3 * node], c, radius);
 }
 
-// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction.
-// Those of a notch belong to the crack
+// contribution of the surface of the body inside the ball to J: -int q W n dA on faces without traction.
+// Faces of a notch belong to the crack
 void take_surface(const Scan& s, int e, double radius, double* J)
 {
   std::vector<FreeFace> face;
@@ -109,28 +109,28 @@ void take_surface(const Scan& s, int e, double radius, double* J)
     for (int a = 0; a < f.n; ++a) q += weight_of(s, f.node[a], &s.fm.centre[3 * e], radius) / f.n;
     if (q == 0.0) continue;
     bool notch = false;
-    for (const FreeFace& o : face) notch = notch || (&o != &f && look_at(f, o, s.fm.local[e], false));
+    for (const FreeFace& o : face) notch = notch || (&o != &f && facing(f, o, s.fm.local[e], false));
     if (notch) continue;
     const double W = elem_energy_one(s.m, s.el, f.elem, s.l, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
     for (int i = 0; i < 3; ++i) J[i] += q * W * f.area[i];
   }
 }
 
-// in sizes of an element: distance of the points that see the crack, reach of what is its plane. Spread
-// of the middles of what is cracked along and across it, squared, in sizes of an element and over the one
-// along: two elements of a row have 0.25, three 0.67
-const double RASTER = 0.5, AROUND = 2.5, LONG = 0.1, FLAT = 0.4;
+// in element sizes: spacing of sampling points of the crack, radius of the fit of its plane. Minimum variance
+// of the centres of cracked elements along the crack, in element sizes squared (two elements of a row: 0.25,
+// three: 0.67), and maximum variance across it, relative to that along it
+const double SPACING = 0.5, PLANE_RADIUS = 2.5, MIN_SPREAD = 0.1, MAX_FLATNESS = 0.4;
 
 }  // namespace
 
-// unit normal of the line or plane of what is cracked around e; false: it is none
+// unit normal of the line or plane of the cracked elements around e; false: not flat
 bool crack_plane(const Scan& s, int e, double* n, double* mid)
 {
   const double h = s.fm.local[e];
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double volume = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], AROUND * h * AT_RADIUS, [&](int o, double) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], PLANE_RADIUS * h * AT_RADIUS, [&](int o, double) {
     if (!s.cracked(o)) return;
     const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * o]) -
                                Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * e]);
@@ -146,7 +146,8 @@ bool crack_plane(const Scan& s, int e, double* n, double* mid)
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
   for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
   for (int i = 0; mid && i < 3; ++i) mid[i] = s.fm.centre[3 * e + i] + middle[i];
-  return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
+  return axes.eigenvalues()[1] > MIN_SPREAD * h * h &&
+         axes.eigenvalues()[0] < MAX_FLATNESS * axes.eigenvalues()[1];
 }
 
 bool lies_in(const Mesh& mesh, int e, const double* x)
@@ -165,7 +166,7 @@ bool lies_in(const Mesh& mesh, int e, const double* x)
 int element_at(const Scan& s, const double* x, double h)
 {
   int found = -1;
-  frac_near(s.fm, x, h, [&](int o, double) {
+  frac_in_ball(s.fm, x, h, [&](int o, double) {
     if (found >= 0 || (!s.cracked(o) && s.el.initial_block[o] < 0)) return;
     if (lies_in(s.m.mesh, o, x)) found = o;
   });
@@ -174,7 +175,7 @@ int element_at(const Scan& s, const double* x, double h)
 
 namespace {
 
-// unit vectors square to n and to each other
+// orthonormal vectors perpendicular to n
 void plane_axes(const double* n, double* a, double* b)
 {
   int least = 0;
@@ -188,9 +189,8 @@ void plane_axes(const double* n, double* a, double* b)
   for (int i = 0; i < 3; ++i) b[i] = n[(i + 1) % 3] * a[(i + 2) % 3] - n[(i + 2) % 3] * a[(i + 1) % 3];
 }
 
-// int q n.j ds along the front as it is, n its normal, j the direction of J: between points of a raster
-// in the plane of the crack, of which one lies in the crack and the next one in what is intact. 0: it is
-// no plane
+// int q n.j ds along the actual front, n its normal, j the direction of J: between neighbouring sampling
+// points in the plane of the crack, one in the crack and one in intact material. 0: not a plane
 double crack_front(const Scan& s, int e, const double* J, double radius)
 {
   double n[3], mid[3], a[3], b[3], off = 0.0, sum = 0.0;
@@ -198,17 +198,17 @@ double crack_front(const Scan& s, int e, const double* J, double radius)
   if (size == 0.0 || !at_crack(s, e) || !crack_plane(s, e, n, mid)) return 0.0;
   plane_axes(n, a, b);
   for (int i = 0; i < 3; ++i) off += (mid[i] - c[i]) * n[i];
-  const int most    = static_cast<int>(std::ceil(radius / (RASTER * h))), wide = 2 * most + 2;
+  const int most    = static_cast<int>(std::ceil(radius / (SPACING * h))), wide = 2 * most + 2;
   const double cell = radius / most;
   IntVec state(static_cast<size_t>(wide) * wide, 0);            // 1: crack, 2: intact
-  const auto place = [&](double p, double q, double* x) {
+  const auto position = [&](double p, double q, double* x) {
     for (int i = 0; i < 3; ++i)
       x[i] = c[i] + (p - most) * cell * a[i] + (q - most) * cell * b[i] + off * n[i];
   };
   for (int p = 0; p < wide; ++p)
     for (int q = 0; q < wide; ++q) {
       double x[3];
-      place(p - 0.5, q - 0.5, x);
+      position(p - 0.5, q - 0.5, x);
       if (std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) > radius + cell) continue;
       const int o = element_at(s, x, 1.2 * h);
       state[p * wide + q] = o < 0 ? 0 : s.cracked(o) ? 1 : 2;
@@ -219,15 +219,15 @@ double crack_front(const Scan& s, int e, const double* J, double radius)
         const int one = state[p * wide + q], p2 = p + (side == 0), q2 = q + (side == 1);
         if (one == 0 || p2 == wide || q2 == wide || one + state[p2 * wide + q2] != 3) continue;
         double x[3], along = 0.0;
-        place(p - (side == 0 ? 0.0 : 0.5), q - (side == 1 ? 0.0 : 0.5), x);
+        position(p - (side == 0 ? 0.0 : 0.5), q - (side == 1 ? 0.0 : 0.5), x);
         for (int i = 0; i < 3; ++i) along += (side == 0 ? a[i] : b[i]) * J[i] / size;
         sum += (one == 1 ? along : -along) * cell * weight_at(x, c, radius);
       }
   return sum;
 }
 
-// int q ds along the straight front through the element, square to J and to the largest principal stress, as
-// far as the body reaches: 1.5 radius inside                                                          (7.6)
+// int q ds along the straight front through the element, perpendicular to J and to the largest principal
+// stress, inside the body: 1.5 radius in the interior                                                 (7.6)
 double front_length(const Scan& s, int e, const double* J, double radius)
 {
   double E[9], N[3], t[3], norm = 0.0, reach[2] = {radius, radius};
@@ -240,7 +240,7 @@ double front_length(const Scan& s, int e, const double* J, double radius)
   }
   if (norm == 0.0) return 1.5 * radius;
   for (int i = 0; i < 3; ++i) t[i] /= std::sqrt(norm);
-  frac_near(s.fm, c, radius + s.fm.local[e], [&](int o, double) {
+  frac_in_ball(s.fm, c, radius + s.fm.local[e], [&](int o, double) {
     if (s.el.initial_block[o] < 0) return;
     for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
       if (s.fm.across[6 * o + f] >= 0) continue;
@@ -262,8 +262,8 @@ double front_length(const Scan& s, int e, const double* J, double radius)
   return sum;
 }
 
-// normal of the interface at a node between materials, off the crack: the force there is that on the
-// interface, square to it, and none of the crack. Null: there is none
+// normal of the interface at a node between materials, away from the crack: the normal force there belongs to
+// the interface, not to the crack. Null: none
 const double* interface_at(const Scan& s, int node)
 {
   const IntVec& between = s.fm.between;
@@ -274,7 +274,7 @@ const double* interface_at(const Scan& s, int node)
   return &s.fm.between_normal[3 * (at - between.begin())];
 }
 
-// J += what an element adds; at a node of an interface without the force square to it               (7.5)
+// J += contribution of an element; at a node of an interface without the normal force               (7.5)
 //   inout   q   [nodes] weights
 void add_force(const Scan& s, int e, double* q, double* J)
 {
@@ -300,14 +300,14 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
 {
   const double *c = &s.fm.centre[3 * e], reach = radius + 1.5 * s.fm.local[e];
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
-  frac_near(s.fm, c, reach, [&](int o, double) {
+  frac_in_ball(s.fm, c, reach, [&](int o, double) {
     if (!s.intact(o)) return;
     const int n = s.m.mesh.conn.count(o), *node = s.m.mesh.conn.begin(o);
     double q[8], sum = 0.0;
     for (int a = 0; a < n; ++a) sum += q[a] = weight_of(s, node[a], c, radius);
     if (sum > 0.0) add_force(s, o, q, J);
   });
-  // without crack or notch the surface itself is where a crack may start
+  // without crack or notch a crack may start at the surface itself
   if (s.m.dim == 3 && (at_crack(s, e) || at_notch(s, e, radius))) take_surface(s, e, radius, J);
   double per = s.fm.thickness[e];
   if (s.m.dim == 3) {

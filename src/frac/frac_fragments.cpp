@@ -50,7 +50,7 @@ ListTable elements_of_nodes(const Model& m)
   return t;
 }
 
-// does element e have all nodes that bond q hangs on?
+// does element e have all nodes of bond q?
 bool holds(const Model& m, const Bonds& b, int q, int e)
 {
   const int *first = m.mesh.conn.begin(e), *last = first + m.mesh.conn.count(e);
@@ -59,7 +59,7 @@ bool holds(const Model& m, const Bonds& b, int q, int e)
   return true;
 }
 
-// a bond that ties the mesh to a grid, and whose place an intact element holds
+// a bond between mesh and grid, at an intact element
 bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b, const ListTable& of_node,
           int q)
 {
@@ -70,19 +70,19 @@ bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b
   return false;
 }
 
-// joins item with point p when that is intact and its domain at t = 0 contains or touches the place of a bond
-//   in   place   of the bond [3], item   what is at its side A
-void join_bond(const Model& m, const Points& pts, const double* place, int item, int p, Forest& forest)
+// joins item with point p if p is intact and its domain at t = 0 contains or touches the bond
+//   in   at   position of the bond, item   at its side A
+void join_bond(const Model& m, const Points& pts, const double* at, int item, int p, Forest& forest)
 {
   if (pts.broken[p] >= 0) return;
   double X[24], xi[3];
   for (int a = 0; a < pts.conn.count(p); ++a)
     for (int i = 0; i < m.dim; ++i) X[a * m.dim + i] = pts.Xc[pts.conn.begin(p)[a] * m.dim + i];
-  if (!shape_locate(static_cast<Shape>(pts.shape[p]), X, place, xi)) return;
+  if (!shape_locate(static_cast<Shape>(pts.shape[p]), X, at, xi)) return;
   forest.join(item, m.mesh.nnode() + pts.conn.begin(p)[0]);
 }
 
-// bonds of conversion: the points of the elements that were at the bond
+// bonds of conversion: the points of the elements at the bond
 void join_converted(const Model& m, const Points& pts, const Bonds& b, const ListTable& of_node, int q,
                     Forest& forest)
 {
@@ -96,17 +96,17 @@ void join_converted(const Model& m, const Points& pts, const Bonds& b, const Lis
 }
 
 // A bond of the deck that ties the mesh to points of a body
-struct TiedPlace {
+struct TiedBond {
   double X[3];
   int body;
-  int node;                    // side A: its first node, -1: it is of another rank
+  int node;                    // side A: its first node, -1: of another rank
   long name;
 };
 
-// those of other ranks that may be at points of this one
-void exchange_places(const Model& m, const Points& pts, std::vector<TiedPlace>& place)
+// adds bonds of other ranks that may be at points of this one
+void exchange_bonds(const Model& m, const Points& pts, std::vector<TiedBond>& bond)
 {
-  std::array<double, 6> box = {1e300, 1e300, 1e300, 1e300, 1e300, 1e300};        // low, and high negative
+  std::array<double, 6> box = {1e300, 1e300, 1e300, 1e300, 1e300, 1e300};   // lower, -upper
   for (std::size_t k = 0; k < pts.Xc.size(); ++k) {
     double &lo = box[k % m.dim], &hi = box[3 + k % m.dim];
     lo = std::min(lo, pts.Xc[k]);
@@ -114,58 +114,58 @@ void exchange_places(const Model& m, const Points& pts, std::vector<TiedPlace>& 
   }
   std::vector<std::array<double, 6>> of_rank(1, box);
   comm_allgatherv(of_rank);
-  std::vector<std::vector<TiedPlace>> tell(comm_size());
+  std::vector<std::vector<TiedBond>> send(comm_size());
   for (int r = 0; r < comm_size(); ++r) {
     double largest = 0.0;
     for (double x : of_rank[r]) largest = std::max(largest, std::fabs(x));
     const double margin = 1e-5 * largest;
-    for (TiedPlace p : place) {
+    for (TiedBond p : bond) {
       bool meets = r != comm_rank();
       for (int i = 0; i < m.dim; ++i)
         meets = meets && p.X[i] > of_rank[r][i] - margin && -p.X[i] > of_rank[r][3 + i] - margin;
       p.node = -1;
-      if (meets) tell[r].push_back(p);
+      if (meets) send[r].push_back(p);
     }
   }
-  for (const std::vector<TiedPlace>& told : comm_exchange(tell))
-    place.insert(place.end(), told.begin(), told.end());
+  for (const std::vector<TiedBond>& received : comm_exchange(send))
+    bond.insert(bond.end(), received.begin(), received.end());
 }
 
-// bonds of the deck that tie the mesh to points of a body, by X1: of a divided model those that this rank
-// works on, and those of others that may be at its points
-std::vector<TiedPlace> tied_places(const Model& m, const Elements& el, const State& st,
+// bonds of the deck between the mesh and points of a body, by X1: in a divided model owned ones, and those of
+// other ranks that may be at points of this one
+std::vector<TiedBond> tied_bonds(const Model& m, const Elements& el, const State& st,
                                    const ListTable& of_node)
 {
   const Bonds& b = st.bonds;
-  std::vector<TiedPlace> place;
+  std::vector<TiedBond> bond;
   for (int q = 0; q < b.nfixed; ++q)
     if (b.counts(q) && ties(m, el, st.frac, b, of_node, q))
-      place.push_back({{b.X[3 * q], b.X[3 * q + 1], b.X[3 * q + 2]}, m.bond[b.def[q]].body,
+      bond.push_back({{b.X[3 * q], b.X[3 * q + 1], b.X[3 * q + 2]}, m.bond[b.def[q]].body,
                        b.a.item[b.a.off[q]], m.part.on ? b.name[q] : q});
-  if (m.part.on) exchange_places(m, st.points, place);
-  std::sort(place.begin(), place.end(),
-            [](const TiedPlace& x, const TiedPlace& y) { return x.X[0] < y.X[0]; });
-  return place;
+  if (m.part.on) exchange_bonds(m, st.points, bond);
+  std::sort(bond.begin(), bond.end(),
+            [](const TiedBond& x, const TiedBond& y) { return x.X[0] < y.X[0]; });
+  return bond;
 }
 
-// places, items of the forest from first on: side A, and the points of their body
-void join_places(const Model& m, const Points& pts, const std::vector<TiedPlace>& place, int first,
+// joins side A of each bond, item first + k of the forest, with the points of its body
+void join_tied(const Model& m, const Points& pts, const std::vector<TiedBond>& bond, int first,
                  Forest& forest)
 {
-  for (std::size_t k = 0; k < place.size(); ++k)
-    if (place[k].node >= 0) forest.join(place[k].node, first + static_cast<int>(k));
-  for (int p = 0; p < pts.npoint && !place.empty(); ++p) {
+  for (std::size_t k = 0; k < bond.size(); ++k)
+    if (bond[k].node >= 0) forest.join(bond[k].node, first + static_cast<int>(k));
+  for (int p = 0; p < pts.npoint && !bond.empty(); ++p) {
     double lo = 1e300, hi = -1e300;
     for (int a = 0; a < pts.conn.count(p); ++a) {
       lo = std::min(lo, pts.Xc[pts.conn.begin(p)[a] * m.dim]);
       hi = std::max(hi, pts.Xc[pts.conn.begin(p)[a] * m.dim]);
     }
     const double margin = 1e-5 * (hi - lo);
-    const auto below    = [](const TiedPlace& t, double x) { return t.X[0] < x; };
-    for (auto t = std::lower_bound(place.begin(), place.end(), lo - margin, below);
-         t != place.end() && t->X[0] <= hi + margin; ++t)
+    const auto below    = [](const TiedBond& t, double x) { return t.X[0] < x; };
+    for (auto t = std::lower_bound(bond.begin(), bond.end(), lo - margin, below);
+         t != bond.end() && t->X[0] <= hi + margin; ++t)
       if (t->body == pts.body[p])
-        join_bond(m, pts, t->X, first + static_cast<int>(t - place.begin()), p, forest);
+        join_bond(m, pts, t->X, first + static_cast<int>(t - bond.begin()), p, forest);
   }
 }
 
@@ -177,7 +177,7 @@ void join_bonds(const Model& m, const Elements& el, const State& st, const ListT
     if (ties(m, el, st.frac, b, of_node, q)) join_converted(m, st.points, b, of_node, q, forest);
 }
 
-// divided model: the names of all ranks, ascending
+// divided model: names of all ranks, ascending
 void gather_names(const MeshPart& part, IntVec& name)
 {
   sort_once(name);
@@ -186,13 +186,13 @@ void gather_names(const MeshPart& part, IntVec& name)
   sort_once(name);
 }
 
-// the new number of each piece: by falling mass, pieces of the same mass by their smallest label
+// the new number of each fragment: by decreasing mass, then by smallest label
 IntVec order_pieces(const std::vector<Fragment>& item)
 {
   IntVec by(item.size() - 1), number(item.size(), 0);
   std::iota(by.begin(), by.end(), 1);
   std::stable_sort(by.begin(), by.end(), [&](int i, int j) { return item[i].mass > item[j].mass; });
-  for (size_t i = 0, j; i < by.size(); i = j) {      // masses of equal pieces differ by rounding
+  for (size_t i = 0, j; i < by.size(); i = j) {      // masses of equal fragments differ by round-off
     for (j = i + 1; j < by.size() && item[by[j]].mass > item[by[i]].mass * (1.0 - 1e-9); ++j) {}
     std::sort(by.begin() + i, by.begin() + j, [&](int k, int l) {
       return item[k].of_mesh != item[l].of_mesh ? item[k].of_mesh : item[k].label < item[l].label;
@@ -208,19 +208,19 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
 {
   const Points& pts = st.points;
   const ListTable of_node = st.bonds.nbond > 0 ? elements_of_nodes(m) : ListTable();
-  const std::vector<TiedPlace> place = tied_places(m, el, st, of_node);
+  const std::vector<TiedBond> bond = tied_bonds(m, el, st, of_node);
   const int first = m.mesh.nnode() + pts.ncorner;
-  Forest forest(first + static_cast<int>(place.size()));     // nodes, corners, places of bonds
+  Forest forest(first + static_cast<int>(bond.size()));     // nodes, corners, bonds
   join_elements(m, el, forest);
   join_points(m, pts, forest);
-  join_places(m, pts, place, first, forest);
+  join_tied(m, pts, bond, first, forest);
   join_bonds(m, el, st, of_node, forest);
   IntVec root;
   for (int i = 0; i < static_cast<int>(forest.up.size()); ++i) root.push_back(forest.root(i));
   if (m.part.on) {
     Halo halo;
     std::vector<long> name;
-    for (const TiedPlace& p : place) name.push_back(p.name);
+    for (const TiedBond& p : bond) name.push_back(p.name);
     halo_form(name, halo);
     model_join_ranks(m.part, pts.part, halo, root);
   }

@@ -29,7 +29,7 @@ double series(const double (&c)[N], double x)
   return sum;
 }
 
-// G after an infinitesimal kink by the angle pi m over K_I^2 + K_II^2 before it
+// G after an infinitesimal kink by the angle pi m, over K_I^2 + K_II^2 before
 double release(double m, double K1, double K2)
 {
   const double m2 = m * m;

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// frac_kink.h : where a crack in mixed mode goes in the plane (doc/theory.md 7.35)
+// frac_kink.h : direction of a crack in mixed mode in 2D (doc/theory.md 7.35)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_FRAC_FRAC_KINK_H
 #define MPFE_FRAC_FRAC_KINK_H
@@ -7,15 +7,15 @@
 // The kink with the largest energy release
 struct Kink {
   double angle = 0.0;          // from the direction of the crack, counterclockwise
-  double gain  = 1.0;          // its energy release over that of growth straight on
+  double gain  = 1.0;          // its energy release over that of straight growth
 };
 
-// kink_of : of a crack whose K_II/K_I is ratio. K_II > 0: shear stress ahead of the tip is positive, with the
+// kink_of : kink of a crack with ratio = K_II/K_I. K_II > 0: positive shear stress ahead of the tip, with the
 // crack along x
 Kink kink_of(double ratio);
 
-// kink_share : energy release of a crack of mode I that kinks by angle, over that of growth straight on.
-// Beyond 90 degrees the expansions end: that of 90
+// kink_share : energy release of a mode I crack that kinks by angle, over that of straight growth. Angles
+// above 90 degrees, outside of the expansions: the value at 90
 double kink_share(double angle);
 
 #endif

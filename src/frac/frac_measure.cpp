@@ -14,7 +14,7 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using MapVec = Eigen::Map<Vec3>;
 
-struct Carrier {               // an element or the domain of a point: its nodes or corners now
+struct Carrier {               // an element or the domain of a point: present nodes or corners
   int nen;
   Vec3 x[MAX_NODES], v[MAX_NODES];
   double mass[pair_count(MAX_NODES)];        // node pairs a >= b
@@ -60,7 +60,7 @@ void load_point(const Points& pts, int dim, const Level& l, int p, Carrier& c)
   std::copy_n(pts.mc(p), pair_count(c.nen), c.mass);
 }
 
-// calls use(piece, carrier) for all elements and points that count on this rank
+// calls use(fragment, carrier) for all owned elements and points
 template <class Use>
 void each_carrier(const Model& m, const Elements& el, const State& st, const Fragments& f, Use use)
 {
@@ -77,7 +77,7 @@ void each_carrier(const Model& m, const Elements& el, const State& st, const Fra
   }
 }
 
-// labels of elements go before those of points alone
+// labels of elements have priority over labels of points
 void take_label(Fragment& k, bool of_mesh, int label)
 {
   if (of_mesh == k.of_mesh) k.label = std::min(k.label, label);
@@ -109,7 +109,7 @@ void count_items(const Model& m, const Elements& el, const Points& pts, Fragment
 
 // ---- divided model: of all ranks ----
 
-// The numbers that add up. each(use) calls use(number) for them
+// The additive data: each(use) calls use(number) for them
 template <class Each>
 void sum_ranks(Each each)
 {
@@ -120,14 +120,14 @@ void sum_ranks(Each each)
   each([&](auto& x) { x = static_cast<std::decay_t<decltype(x)>>(*next++); });
 }
 
-// the box, and the label that take_label would find
+// bounding box, and the label by take_label
 void join_items(std::vector<Fragment>& item)
 {
-  const double behind = 1e10;  // labels of points go behind those of elements
-  RealVec most;                // with the sign of comm_max
+  const double offset = 1e10;  // labels of points follow those of elements
+  RealVec most;                // negated minima, for comm_max
   for (const Fragment& k : item) {
     for (int i = 0; i < 3; ++i) most.insert(most.end(), {-k.lo[i], k.hi[i]});
-    most.push_back(-k.label - (k.of_mesh ? 0.0 : behind));
+    most.push_back(-k.label - (k.of_mesh ? 0.0 : offset));
   }
   comm_max(most.data(), static_cast<long>(most.size()));
   const double* next = most.data();
@@ -137,8 +137,8 @@ void join_items(std::vector<Fragment>& item)
       k.hi[i] = *next++;
     }
     const double label = -*next++;
-    k.of_mesh = label < behind;
-    k.label   = static_cast<int>(k.of_mesh ? label : label - behind);
+    k.of_mesh = label < offset;
+    k.label   = static_cast<int>(k.of_mesh ? label : label - offset);
   }
 }
 
@@ -169,8 +169,7 @@ void sum_second(std::vector<Fragment>& item, std::vector<Mat3>& S)
   });
 }
 
-// first pass: mass, centre, momentum, box. Each carrier is summed up alone: fewer terms, less rounding in the
-// long sum
+// first pass: mass, centre, momentum, box. Each carrier is summed separately: less round-off
 void add_first(Fragment& k, const Carrier& c)
 {
   double mass = 0.0;
@@ -189,7 +188,7 @@ void add_first(Fragment& k, const Carrier& c)
   }
 }
 
-// second pass, seen from the centre and its velocity: S = int rho r r^T dV, angular momentum, kinetic energy
+// second pass, relative to the centre: S = int rho r r^T dV, angular momentum, kinetic energy
 void add_second(Fragment& k, const Carrier& c, Mat3& S)
 {
   const Vec3 centre = MapVec(k.centre), velocity = MapVec(k.velocity);
@@ -210,7 +209,7 @@ void add_second(Fragment& k, const Carrier& c, Mat3& S)
 void finish(Fragment& k, const Mat3& S)
 {
   const Mat3 I = S.trace() * Mat3::Identity() - 0.5 * (S + S.transpose());
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   for (int i = 0; i < 6; ++i) k.inertia[i] = I(V::row[i], V::col[i]);
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(I);
   const Vec3 L = MapVec(k.angular);

@@ -13,7 +13,7 @@
 
 namespace {
 
-const int MOST_BINS = 2000;    // in a direction: parts far apart must not fill the memory with empty ones
+const int MAX_BINS = 2000;    // in a direction: limits the memory of empty bins between distant parts
 
 void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
 {
@@ -34,7 +34,7 @@ void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
   }
 }
 
-// what lies behind each face
+// adjacent element at each face
 void find_across(const Model& m, FracMesh& fm)
 {
   struct Side { std::array<int, 4> node; int e, f; };
@@ -89,10 +89,10 @@ void find_bins(const Model& m, FracMesh& fm)
       hi[i]    = std::max(hi[i], fm.centre[3 * e + i]);
     }
   }
-  fm.bin = mean > 0.0 ? 2.0 * mean : 1.0;            // a rank may own points alone
+  fm.bin = mean > 0.0 ? 2.0 * mean : 1.0;            // a rank may own points only
   long cells = 1;
   for (int i = 0; i < 3; ++i) {
-    fm.nbin[i] = std::min(MOST_BINS, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
+    fm.nbin[i] = std::min(MAX_BINS, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
     cells *= fm.nbin[i];
   }
   for (int i = 0; i < 3; ++i) fm.bin = std::max(fm.bin, (hi[i] - fm.lo[i]) / fm.nbin[i] * (1.0 + 1e-12));
@@ -110,17 +110,17 @@ void find_bins(const Model& m, FracMesh& fm)
   }
 }
 
-// time in which a Rayleigh wave goes over a length; c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without a
-// density nothing moves
+// travel time of a Rayleigh wave over a length; c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without
+// density: 0
 double rayleigh_time(const Elements& el, int e, double length)
 {
   const ElemBlock& b = el.block[el.initial_block[e]];
-  // plane stress: nu/(1 + nu), as lam is the reduced one
+  // plane stress: nu/(1 + nu), as lam is reduced
   const double nu    = b.law.lam / (2.0 * (b.law.lam + b.law.mu));
   return length * std::sqrt(b.density / b.law.mu) * (1.0 + nu) / (0.862 + 1.14 * nu);
 }
 
-// toughness of each element: the mean is Gc, a Weibull distribution gives its scatter
+// toughness of each element: mean Gc, with a Weibull distribution
 void find_toughness(const Model& m, const Elements& el, const FractureDef& d, int def, FracMesh& fm)
 {
   gsl_rng* rng = nullptr;
@@ -132,7 +132,7 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
     scale = d.gc / gsl_sf_gamma(1.0 + 1.0 / d.weibull);
   }
   double gc = d.gc;
-  int drawn = 0;               // an element has the number of its place in the set
+  int drawn = 0;               // random number by position in the set
   for (const Member& x : model_members(m, d)) {
     const int e = x.elem;
     for (; rng && drawn <= x.at; ++drawn) gc = gsl_ran_weibull(rng, scale, d.weibull);
@@ -147,13 +147,13 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
   if (rng) gsl_rng_free(rng);
 }
 
-// a face between them takes a force
+// do the materials of two elements differ?
 bool differ(const Elements& el, const FracMesh& fm, int a, int b)
 {
   return frac_other_material(el, a, b) || fm.thickness[a] != fm.thickness[b];
 }
 
-// is a node between materials? One with an element without section is not
+// is a node between materials? Not with an element without section
 bool is_between(const Elements& el, const FracMesh& fm, int node)
 {
   const int n = fm.of_node.count(node), *elem = fm.of_node.begin(node);
@@ -165,10 +165,10 @@ bool is_between(const Elements& el, const FracMesh& fm, int node)
   return mixed;
 }
 
-// length of the mean normal of the faces of an interface at a node; less: it turns by 120 degrees
+// length of the mean normal of the faces of an interface at a node; less: a bend of 120 degrees or more
 const double INTERFACE = 0.5;
 
-// mean normal of the faces between the elements of a node that differ, from the smaller block to the larger
+// mean normal of the interface faces at a node, from the smaller block number to the larger
 void interface_normal(const Model& m, const Elements& el, const FracMesh& fm, int node, double* n)
 {
   double length = 0.0;

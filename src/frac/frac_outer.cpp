@@ -10,13 +10,13 @@
 
 namespace {
 
-const double SLACK = 1.02;     // sizes here are those of straight edges
+const double CURVED_FACTOR = 1.02;     // sizes are computed with straight edges
 
 // A mesh before its elements are set up
 struct Sizes {
   RealVec centre;              // [nelem*3]
   RealVec size;                // [nelem] as FracMesh::size
-  RealVec around;              // [nelem] largest of those that share a node: FracMesh::local is no more
+  RealVec around;              // [nelem] largest size of elements at its nodes: bound of FracMesh::local
 };
 
 // area in the plane, volume in space, from the corners: sum of x . n dA over the faces
@@ -64,8 +64,8 @@ Sizes find_sizes(const Mesh& mesh, int dim)
   return s;
 }
 
-// Distances from the centre of an element, in sizes, to the centres that frac_test looks at; all: also where
-// a notch may end near it. By FORCE they are the same.
+// Distances from the centre of an element, in sizes, to the centres that frac_test reads; all: also near the
+// end of a notch. Equal for FORCE.
 struct Reach { double most, all; };
 
 Reach reach_of(const Model& m, const FractureDef& f)
@@ -91,7 +91,7 @@ Reach reach_of(const Model& m, const FractureDef& f)
 // Elements that can break, in cells as wide as the largest reach
 struct Cell {
   IntVec elem;
-  int rank = -1;               // of all of them, -1: of several
+  int rank = -1;               // of all its elements, -1: several
 };
 
 struct Cells {
@@ -117,7 +117,7 @@ Cells find_cells(const Sizes& s, const IntVec& rank, const RealVec& reach)
   return c;
 }
 
-// The cells around the one in which elements lie that follow one another
+// The cells around the cell of consecutive elements
 struct Around {
   long key = LONG_MIN;
   std::vector<const Cell*> cell;
@@ -144,7 +144,7 @@ double between(const double* x, const double* y)
   return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
 }
 
-// element o for the lists of the other ranks that have an element which reaches it
+// adds element o to the lists of the other ranks with an element that reaches it
 void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec& reach, int o, Around& around,
               std::vector<IntVec>& list)
 {
@@ -160,7 +160,7 @@ void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec&
   }
 }
 
-// elements of other ranks at a node of what a rank has so far
+// elements of other ranks at a node of the elements listed so far
 void add_neighbours(const Mesh& mesh, const ListTable& of_node, const IntVec& rank,
                     std::vector<IntVec>& list)
 {
@@ -171,7 +171,7 @@ void add_neighbours(const Mesh& mesh, const ListTable& of_node, const IntVec& ra
   };
   std::vector<IntVec> own(list.size());
   for (int e = 0; e < mesh.nelem(); ++e) own[rank[e]].push_back(e);
-  IntVec seen(mesh.nelem(), -1);         // rank that has got it last
+  IntVec seen(mesh.nelem(), -1);         // last rank that got it
   for (int r = 0; r < static_cast<int>(list.size()); ++r) {
     const IntVec near = list[r];
     for (int e : near) seen[e] = r;
@@ -185,7 +185,7 @@ void add_neighbours(const Mesh& mesh, const ListTable& of_node, const IntVec& ra
   }
 }
 
-// Elements that break by BALL near which a notch may end, and those by FORCE
+// Elements of BALL near a possible end of a notch, and elements of FORCE
 std::vector<char> find_notched(const Model& m, const ListTable& of_node, const Sizes& s, const IntVec& rank,
                                const RealVec& most, const RealVec& all)
 {
@@ -203,7 +203,7 @@ std::vector<char> find_notched(const Model& m, const ListTable& of_node, const S
   return notched;
 }
 
-// elements near those that become points
+// elements near elements that may be converted
 std::vector<char> near_points(const Model& m)
 {
   const Mesh& mesh = m.mesh;
@@ -227,7 +227,7 @@ std::vector<IntVec> frac_around(const Model& m, const IntVec& rank, int ranks, i
   const Mesh& mesh = m.mesh;
   std::vector<IntVec> list(ranks);
   const std::vector<char> near = near_points(m);
-  std::vector<IntVec> of_node(mesh.nnode());         // ranks that have an element there
+  std::vector<IntVec> of_node(mesh.nnode());         // ranks with an element at the node
   const auto take = [&](int n, int r) {
     if (std::find(of_node[n].begin(), of_node[n].end(), r) == of_node[n].end()) of_node[n].push_back(r);
   };
@@ -256,14 +256,14 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
   for (const FractureDef& f : m.fracture) {
     const Reach r = reach_of(m, f);
     for (int e : m.elset[f.elset].item) {
-      reach[e] = SLACK * r.most * s.around[e];
-      all[e]   = SLACK * r.all * s.around[e];
+      reach[e] = CURVED_FACTOR * r.most * s.around[e];
+      all[e]   = CURVED_FACTOR * r.all * s.around[e];
     }
   }
   notch.clear();
   if (all.empty() || *std::max_element(all.begin(), all.end()) == 0.0) return list;
   const ListTable of_node = frac_of_node(m.mesh);
-  // by FORCE alone all look as far
+  // with FORCE only, both reaches are equal
   if (reach != all) notch = find_notched(m, of_node, s, rank, reach, all);
   for (size_t e = 0; e < notch.size(); ++e)
     if (notch[e]) reach[e] = all[e];

@@ -10,12 +10,12 @@
 
 namespace {
 
-// a released point, which is elastic, is made anew above this stretch and below its inverse in volume,
-// however small RELEASE is.  Test: verification/contact/g3_grains.inp
-const double RENEW = 1.5;
-// a released point is no smaller than this part of its natural size along each axis of its stretch, and once
-// more when it is fitted between others.  Test: verification/contact/g4_box
-const double LEAST_SIZE = 0.5;
+// a released point, which is elastic, is reshaped above this stretch and below the inverse volume ratio, for
+// any smaller RELEASE.  Test: verification/contact/g3_grains.inp
+const double RESHAPE = 1.5;
+// minimum size of a released point, as a fraction of its undeformed size along each axis of its stretch, and
+// minimum scale when fitted between others.  Test: verification/contact/g4_box
+const double MIN_SIZE = 0.5;
 
 // F of a point; 33 is 1 in the plane                                                          (3.5)
 Eigen::Matrix3d gradient(const Points& pts, int dim, const RealVec& uc, int p)
@@ -32,19 +32,19 @@ Eigen::Matrix3d rotation(const Eigen::Matrix3d& F)
 {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU();
-  // inside out: along the smallest stretch
+  // inverted: along the smallest stretch
   if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
   return U * svd.matrixV().transpose();
 }
 
-// One domain as a rigid body: places and velocities of its corners, pairs of its consistent mass
+// One domain as a rigid body: positions and velocities of its corners, pairs of its consistent mass
 struct RigidFragment {
   int n = 0;
   Eigen::Vector3d X[8], x[8], v[8];
   double m[8][8], mc[8], mass = 0.0;
 };
 
-// the mean over the mass
+// mass-weighted mean
 Eigen::Vector3d mean(const RigidFragment& g, const Eigen::Vector3d* value)
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -73,14 +73,14 @@ void read_fragment(const Points& pts, int dim, const Level& l, int p, RigidFragm
   for (int a = 0; a < g.n; ++a) g.mass += g.mc[a];
 }
 
-// the spin that has the angular momentum of the domain once its corners are at r from the centre, in the
-// plane about axis 3; less when that would need more energy than the motion about the centre had
+// spin that conserves the angular momentum of the domain with corners at r from the centre, in 2D about axis
+// 3; reduced if it needs more energy than the previous motion about the centre
 Eigen::Vector3d spin(const RigidFragment& g, int dim, const Eigen::Vector3d* r)
 {
   const Eigen::Vector3d x = mean(g, g.x), v = mean(g, g.v);
   Eigen::Vector3d L = Eigen::Vector3d::Zero();
   Eigen::Matrix3d I = Eigen::Matrix3d::Zero();
-  double had = 0.0;            // energy of the motion about the centre
+  double had = 0.0;            // previous energy of the motion about the centre
   for (int a = 0; a < g.n; ++a)
     for (int b = 0; b < g.n; ++b) {
       L += g.m[a][b] * (g.x[a] - x).cross(g.v[b] - v);
@@ -93,21 +93,21 @@ Eigen::Vector3d spin(const RigidFragment& g, int dim, const Eigen::Vector3d* r)
   return needs > had ? Eigen::Vector3d(std::sqrt(had / needs) * omega) : omega;
 }
 
-// the stretch of F along its axes, none above 1
+// the stretch of F, limited to MIN_SIZE ... 1 along its axes
 Eigen::Matrix3d squeezed(const Eigen::Matrix3d& F)
 {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d stretch = svd.singularValues();
-  for (int i = 0; i < 3; ++i) stretch[i] = std::min(1.0, std::max(LEAST_SIZE, stretch[i]));
+  for (int i = 0; i < 3; ++i) stretch[i] = std::min(1.0, std::max(MIN_SIZE, stretch[i]));
   return svd.matrixV() * stretch.asDiagonal() * svd.matrixV().transpose();
 }
 
-// The maps from the shapes of t = 0 to those that points are released with, which have room. What is near a
-// point the rank of its element knows.                                                             (7.34)
+// Maps from the shapes of t = 0 to shapes of released points without overlap. The neighbourhood of a point is
+// stored by the rank of its element.                                                               (7.34)
 void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Eigen::Matrix3d>& map)
 {
   const Points& pts = st.points;
-  std::vector<GrainShape> grain;
+  std::vector<ReleasedShape> released;
   IntVec number;
   map.clear();
   for (int p : fresh) {
@@ -115,7 +115,7 @@ void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Ei
     read_fragment(pts, m.dim, st.n, p, g);
     const Eigen::Matrix3d F = gradient(pts, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
     const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x);
-    GrainShape shape;
+    ReleasedShape shape;
     shape.number = pts.point_number(p);
     shape.shape  = static_cast<Shape>(pts.shape[p]);
     for (int i = 0; i < 3; ++i) shape.centre[i] = x[i];
@@ -125,21 +125,21 @@ void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Ei
     }
     number.push_back(shape.number);
     map.push_back(U);
-    if (!m.part.window || m.part.works(pts.parent[p])) grain.push_back(shape);
+    if (!m.part.window || m.part.works(pts.parent[p])) released.push_back(shape);
   }
-  const auto before = [](const GrainShape& g, const GrainShape& h) { return g.number < h.number; };
-  if (m.part.window) comm_allgatherv(grain);
-  std::sort(grain.begin(), grain.end(), before);
-  frac_room(m, st, LEAST_SIZE, grain);
+  const auto before = [](const ReleasedShape& g, const ReleasedShape& h) { return g.number < h.number; };
+  if (m.part.window) comm_allgatherv(released);
+  std::sort(released.begin(), released.end(), before);
+  frac_room(m, st, MIN_SIZE, released);
   for (size_t i = 0; i < number.size(); ++i) {
-    GrainShape of;
+    ReleasedShape of;
     of.number = number[i];
-    map[i] *= std::lower_bound(grain.begin(), grain.end(), of, before)->scale;
+    map[i] *= std::lower_bound(released.begin(), released.end(), of, before)->scale;
   }
 }
 
-// The shape of a point without stress is mapped, about its centre, by A. Squeezed debris does not rule the
-// explicit increment: less volume carries stress, so that no frequency of the point grows            (7.34)
+// maps the undeformed shape of a point, about its centre, by A. The volume that carries stress is reduced, so
+// that no frequency increases: compressed debris does not limit the explicit increment               (7.34)
 void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragment& g)
 {
   const Eigen::Vector3d X = mean(g, g.X);
@@ -160,8 +160,8 @@ void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragmen
   }
 }
 
-// the shape without stress, turned, and a rigid motion (7.13); map: to the shape without stress from now on,
-// null: as it was
+// resets a point to the rotated undeformed shape and a rigid motion (7.13); map: to the new undeformed shape,
+// null: unchanged
 void restore(int dim, int p, const Eigen::Matrix3d* map, Points& pts, Level& l)
 {
   RigidFragment g;
@@ -182,8 +182,8 @@ void restore(int dim, int p, const Eigen::Matrix3d* map, Points& pts, Level& l)
   }
 }
 
-// displacements and velocities of the corners that points have got for their own: of those that they have
-// left, from place first on
+// copies displacements and velocities of the corners left to the new corners of released points, from index
+// first on
 void copy_corners(const IntVec& left, size_t first, int dim, Level& l)
 {
   for (size_t k = first; k < left.size(); ++k)
@@ -193,7 +193,7 @@ void copy_corners(const IntVec& left, size_t first, int dim, Level& l)
     }
 }
 
-// a shape that is made anew has no plastic deformation; what is dissipated stays
+// a reshaped point has no plastic deformation; the dissipated energy is kept
 void forget_flow(const Model& m, const Points& pts, int p, RealVec& hp)
 {
   const size_t n = hp.size() / static_cast<size_t>(pts.npoint);
@@ -201,23 +201,23 @@ void forget_flow(const Model& m, const Points& pts, int p, RealVec& hp)
   if (n > 0 && field >= 0) std::fill_n(&hp[p * n + field], 6, 0.0);
 }
 
-// is point p, which is broken, to be released or made anew?
-bool is_torn(const Model& m, const FracMesh& fm, const Points& pts, const RealVec& uc, int p)
+// is the broken point p to be released or reshaped?
+bool must_release(const Model& m, const FracMesh& fm, const Points& pts, const RealVec& uc, int p)
 {
   const double release = m.conversion[fm.conv[pts.parent[p]]].release,
-               limit   = pts.released[p] ? std::max(release, RENEW) : release;
+               limit   = pts.released[p] ? std::max(release, RESHAPE) : release;
   if (release == 0.0) return false;
   const Eigen::Matrix3d F = gradient(pts, m.dim, uc, p);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C(F.transpose() * F, Eigen::EigenvaluesOnly);
   return C.eigenvalues()[2] > limit * limit || F.determinant() < 1.0 / limit;
 }
 
-// Torn points that are here, and their place among those of all ranks
-struct TornPoints { IntVec point, turn; };
+// Released points on this rank, and their position in the list of all ranks
+struct ReleasedPoints { IntVec point, turn; };
 
-TornPoints torn_here(const IntVec& number, const Points& pts)
+ReleasedPoints released_here(const IntVec& number, const Points& pts)
 {
-  TornPoints here;
+  ReleasedPoints here;
   const IntVec& own = pts.part.point;
   for (size_t k = 0; k < number.size(); ++k) {
     int p = number[k];
@@ -232,7 +232,7 @@ TornPoints torn_here(const IntVec& number, const Points& pts)
   return here;
 }
 
-// of the points in list of this rank, and of those of the others
+// number of points in the lists of all ranks
 int count_of_all(const Model& m, const Points& pts, const IntVec& list)
 {
   double own = 0.0;
@@ -243,8 +243,8 @@ int count_of_all(const Model& m, const Points& pts, const IntVec& list)
 
 }  // namespace
 
-void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts, const Level& l,
-               IntVec& out)
+void frac_to_release(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts,
+                     const Level& l, IntVec& out)
 {
   out.clear();
   if (fr.nconverted == 0 || std::none_of(m.conversion.begin(), m.conversion.end(),
@@ -254,7 +254,7 @@ void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Poi
   for (int p = 0; p < pts.npoint; ++p) {
     const int e = pts.parent[p];
     if (pts.broken[p] < 0 || e < 0 || fm.conv[e] < 0 || (window && !m.part.works(e))) continue;
-    if (is_torn(m, fm, pts, l.uc, p)) out.push_back(pts.point_number(p));
+    if (must_release(m, fm, pts, l.uc, p)) out.push_back(pts.point_number(p));
   }
   if (!window) return;
   comm_allgatherv(out);
@@ -266,7 +266,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool
   Points& pts   = st.points;
   Fracture& fr  = st.frac;
   const int all = static_cast<int>(number.size());
-  const TornPoints torn = torn_here(number, pts);
+  const ReleasedPoints torn = released_here(number, pts);
   IntVec fresh;
   for (int p : torn.point)
     if (!pts.released[p]) fresh.push_back(p);
@@ -296,8 +296,8 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool
 
 namespace {
 
-// Which corners in of are those that the points of element e, which has just become points, have in start?
-//   in   left   corners in of that points of start had before they were released
+// finds the corners in of that correspond to the corners of the points of the converted element e in start
+//   in   left   corners in of, before the release of points of start
 //   out  number [ncorner of start]; false: there are no such points
 bool match_corners(const Points& of, const Points& start, const std::map<int, const int*>& left, int e,
                    IntVec& number)
@@ -327,7 +327,7 @@ bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, const P
     number.resize(start.ncorner);
     std::iota(number.begin(), number.end(), 0);
   }
-  const auto release = [&](size_t& r, int until) {   // those when there were so many points
+  const auto release = [&](size_t& r, int until) {   // points released at this number of points
     IntVec fresh;
     for (; r < fr.released.size() && fr.released_at[r] <= until; ++r) fresh.push_back(fr.released[r]);
     for (int p : fresh)
@@ -344,11 +344,11 @@ bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, const P
     const int old = start.ncorner;
     point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, first, share, start);
     if (!match_corners(of, start, had, e, number)) return false;
-    // points of here alone would not tell: those that were released may not be here
-    start.apart.resize(start.ncorner, 0);
+    // not from the points of this rank: released points may be elsewhere
+    start.unshared_since.resize(start.ncorner, 0);
     for (int c = old; c < start.ncorner; ++c)
-      if (number[c] >= 0 && number[c] < static_cast<int>(of.apart.size()))
-        start.apart[c] = of.apart[number[c]];
+      if (number[c] >= 0 && number[c] < static_cast<int>(of.unshared_since.size()))
+        start.unshared_since[c] = of.unshared_since[number[c]];
   }
   return release(r, std::numeric_limits<int>::max());
 }
@@ -360,7 +360,7 @@ bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
   ListTable left;
   if (!frac_repeat(m, fm, st.frac, pts, start, share, number, left)) return false;
   if (start.Xc.size() != pts.Xc.size()) return false;
-  for (int c = 0; c < pts.ncorner; ++c)                // released points have shapes of their own   (7.34)
+  for (int c = 0; c < pts.ncorner; ++c)                // released points have other shapes          (7.34)
     for (int i = 0; i < m.dim && pts.field[c] != FIELD_OWN; ++i)
       if (start.Xc[c * m.dim + i] != pts.Xc[c * m.dim + i]) return false;
   return start.shape == pts.shape && start.conn.off == pts.conn.off &&

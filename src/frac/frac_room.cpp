@@ -9,11 +9,11 @@
 
 namespace {
 
-// of the size of a cell: an overlap that is none.  Test: verification/contact/g4_box, debris in each other
-const double NEAR   = 1e-6;
+// overlap to ignore, in cell sizes.  Test: verification/contact/g4_box, overlap of debris
+const double OVERLAP_TOL   = 1e-6;
 const int BISECTIONS = 12;
 
-// An element, or the domain of a point, where it is now: the hull of its corners
+// An element, or the domain of a point, in its present position: the hull of its corners
 struct HullCell {
   int n = 0;
   double size = 0.0;
@@ -26,7 +26,7 @@ void cross(const double* a, const double* b, double* c)
   for (int i = 0; i < 3; ++i) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-// normals of the faces and directions of the edges: what may separate two convex cells
+// normals of the faces and directions of the edges, which may separate two convex cells
 void directions(Shape shape, int dim, HullCell& c)
 {
   const ShapeInfo& info = shape_info[shape];
@@ -44,7 +44,7 @@ void directions(Shape shape, int dim, HullCell& c)
   }
 }
 
-// size and directions; a cell that is inside out has size 0: nothing can be told of it
+// size and directions; an inverted cell has size 0 and is ignored
 void finish(Shape shape, int dim, HullCell& c)
 {
   double X[24], w[8], G[24];
@@ -67,7 +67,7 @@ BoundingBox box_of(int n, const double (*x)[3])
   return b;
 }
 
-// where an element, or the domain of a point, is now
+// present position of an element, or of the domain of a point
 struct CellNow {
   int number;                  // in the mesh of the deck; of points of all ranks
   Shape shape;
@@ -106,16 +106,16 @@ HullCell hull(int dim, const CellNow& now)
   return c;
 }
 
-// adds the cells of all ranks, in the order of their numbers; told: each rank brings its own
-void add_hulls(int dim, bool told, std::vector<CellNow>& near, std::vector<HullCell>& cell)
+// adds cells in the order of their numbers; gather: from all ranks
+void add_hulls(int dim, bool gather, std::vector<CellNow>& own, std::vector<HullCell>& cell)
 {
-  if (told) comm_allgatherv(near);
-  std::sort(near.begin(), near.end(), [](const CellNow& a, const CellNow& b) { return a.number < b.number; });
-  for (const CellNow& now : near) cell.push_back(hull(dim, now));
+  if (gather) comm_allgatherv(own);
+  std::sort(own.begin(), own.end(), [](const CellNow& a, const CellNow& b) { return a.number < b.number; });
+  for (const CellNow& now : own) cell.push_back(hull(dim, now));
 }
 
-// the shape of a grain, drawn towards its centre
-HullCell cell_of_grain(const GrainShape& g, int dim, double scale)
+// the shape of a released point, scaled about its centre
+HullCell released_cell(const ReleasedShape& g, int dim, double scale)
 {
   HullCell c;
   c.n = shape_info[g.shape].nen;
@@ -125,40 +125,40 @@ HullCell cell_of_grain(const GrainShape& g, int dim, double scale)
   return c;
 }
 
-// Cells near the grains (box) that stay as they are: points but for the grains, and elements. Divided model:
-// each rank looks at those that it works on, of points where not all ranks know all.
-std::vector<HullCell> other_cells(const Model& m, const std::vector<GrainShape>& grain,
+// Fixed cells near the released points (box): other points, and elements. Divided model: each rank searches
+// its own elements, and its own points if no rank stores all.
+std::vector<HullCell> other_cells(const Model& m, const std::vector<ReleasedShape>& released,
                                   const std::vector<BoundingBox>& box, const State& st)
 {
   const BoxTree tree(box);
   const Points& pts = st.points;
-  IntVec found, grains;
-  for (const GrainShape& g : grain) grains.push_back(g.number);
-  std::sort(grains.begin(), grains.end());
+  IntVec found, numbers;
+  for (const ReleasedShape& g : released) numbers.push_back(g.number);
+  std::sort(numbers.begin(), numbers.end());
   const auto is_near = [&](const CellNow& now) {
     found.clear();
     tree.overlap(box_of(shape_info[now.shape].nen, now.x), found);
     return !found.empty();
   };
   std::vector<HullCell> cell;
-  std::vector<CellNow> near;
+  std::vector<CellNow> own;
   for (int p = 0; p < pts.npoint; ++p) {
     if (m.part.window && !point_counts(m, pts, p)) continue;
     const CellNow now = point_now(pts, m.dim, st.n.uc, p);
-    if (is_near(now) && !std::binary_search(grains.begin(), grains.end(), now.number)) near.push_back(now);
+    if (is_near(now) && !std::binary_search(numbers.begin(), numbers.end(), now.number)) own.push_back(now);
   }
-  add_hulls(m.dim, m.part.window, near, cell);
-  near.clear();
+  add_hulls(m.dim, m.part.window, own, cell);
+  own.clear();
   for (int e = 0; e < m.mesh.nelem(); ++e) {
     if (m.mesh.elem_section[e] < 0 || st.frac.phase[e] != AS_ELEMENT || !m.part.works(e)) continue;
     const CellNow now = element_now(m, st.n.u, e);
-    if (is_near(now)) near.push_back(now);
+    if (is_near(now)) own.push_back(now);
   }
-  add_hulls(m.dim, m.part.on, near, cell);
+  add_hulls(m.dim, m.part.on, own, cell);
   return cell;
 }
 
-// by how much a and b overlap along n: the shorter of the two ways out
+// overlap of a and b along n: the smaller of the two separations
 double overlap_along(const HullCell& a, const HullCell& b, const double* n)
 {
   double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
@@ -173,11 +173,11 @@ double overlap_along(const HullCell& a, const HullCell& b, const double* n)
   return std::min(hi[0] - lo[1], hi[1] - lo[0]);
 }
 
-// do convex cells overlap? Apart along a normal of one of them or, in space, across an edge of each: no
+// do convex cells overlap? Not if separated along a normal of either or, in 3D, across an edge of each
 bool overlap(const HullCell& a, const HullCell& b)
 {
   if (a.size == 0.0 || b.size == 0.0) return false;
-  const double none = NEAR * std::min(a.size, b.size);
+  const double none = OVERLAP_TOL * std::min(a.size, b.size);
   for (const HullCell* c : {&a, &b})
     for (const auto& n : c->normal)
       if (overlap_along(a, b, n.data()) <= none) return false;
@@ -193,13 +193,13 @@ bool overlap(const HullCell& a, const HullCell& b)
   return true;
 }
 
-// a grain gets smaller until it does not overlap a cell that stays, or another grain as small as itself;
-// whichever of two is looked at first, both end alike
+// reduces the scale until the released point does not overlap a fixed cell, or another released point of the
+// same scale; the result does not depend on the order of the two
 template <class Meets>
-void draw_back(double least, double& scale, Meets meets)
+void shrink(double least, double& scale, Meets meets)
 {
   if (!meets(scale)) return;
-  double lo = least, hi = 1.0;                         // the same scales are tried beside each cell
+  double lo = least, hi = 1.0;                         // the same trial scales for each cell
   for (int k = 0; k < BISECTIONS; ++k) {
     const double s = 0.5 * (lo + hi);
     (meets(s) ? hi : lo) = s;
@@ -209,33 +209,33 @@ void draw_back(double least, double& scale, Meets meets)
 
 }  // namespace
 
-void frac_room(const Model& m, const State& st, double least, std::vector<GrainShape>& grain)
+void frac_room(const Model& m, const State& st, double least, std::vector<ReleasedShape>& released)
 {
-  if (grain.empty()) return;
+  if (released.empty()) return;
   std::vector<HullCell> own;
   std::vector<BoundingBox> box;
-  for (const GrainShape& g : grain) {
-    own.push_back(cell_of_grain(g, m.dim, 1.0));
+  for (const ReleasedShape& g : released) {
+    own.push_back(released_cell(g, m.dim, 1.0));
     box.push_back(box_of(own.back().n, own.back().x));
   }
-  std::vector<HullCell> cell = other_cells(m, grain, box, st);
+  std::vector<HullCell> cell = other_cells(m, released, box, st);
   const int others = static_cast<int>(cell.size());
   cell.insert(cell.end(), own.begin(), own.end());
   box.clear();
   for (const HullCell& c : cell) box.push_back(box_of(c.n, c.x));
   const BoxTree tree(box);
-  for (size_t i = 0; i < grain.size(); ++i) {
+  for (size_t i = 0; i < released.size(); ++i) {
     const int self = others + static_cast<int>(i);
     IntVec found;
     tree.overlap(box[self], found);
     std::sort(found.begin(), found.end());
-    GrainShape& g = grain[i];
+    ReleasedShape& g = released[i];
     for (int j : found)
       if (j < others)
-        draw_back(least, g.scale, [&](double s) { return overlap(cell[j], cell_of_grain(g, m.dim, s)); });
+        shrink(least, g.scale, [&](double s) { return overlap(cell[j], released_cell(g, m.dim, s)); });
       else if (j != self)
-        draw_back(least, g.scale, [&](double s) {
-          return overlap(cell_of_grain(grain[j - others], m.dim, s), cell_of_grain(g, m.dim, s));
+        shrink(least, g.scale, [&](double s) {
+          return overlap(released_cell(released[j - others], m.dim, s), released_cell(g, m.dim, s));
         });
   }
 }

@@ -52,7 +52,7 @@ double drive_of(Scan& s, int e)
   return s.drive[e] = drive_by(s, e, s.def(e).drive);
 }
 
-// the same of an element o beside e; one that cannot break: by the law of e
+// the same of a neighbour o of e; if o cannot break: by the law of e
 double drive_beside(Scan& s, int e, int o)
 {
   return s.fm.def[o] >= 0 ? drive_of(s, o) : drive_by(s, o, s.def(e).drive);
@@ -67,8 +67,7 @@ double largest_stress(const Scan& s, int e)
 
 bool at_removed(const Scan& s, int e) { return beside(s, e, [&](int o) { return s.removed(o); }); }
 
-// a broken element that shares a node: a crack goes on across corners of the mesh too, which frees it from
-// its lines
+// a broken element that shares a node: a crack also grows across corners, off the mesh lines
 bool touches_broken(const Scan& s, int e)
 {
   const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
@@ -78,22 +77,22 @@ bool touches_broken(const Scan& s, int e)
   return false;
 }
 
-// FORCE: behind a face of a broken element, or of what was removed; BALL: it starts there
+// FORCE: adjacent at a face to a broken or removed element; BALL: at a node of a broken element, or at a
+// removed element
 bool at_crack(const Scan& s, int e)
 {
   if (estimate_of(s, e) == ESTIMATE_FORCE) return beside(s, e, [&](int o) { return s.cracked(o); });
   return touches_broken(s, e);
 }
 
-// weight of a cracked element o in the ball of e; one that was removed has no volume
+// weight of a cracked element o in the ball of e; a removed element has no volume
 double crack_share(const Scan& s, int e, int o) { return s.fm.volume[s.fm.volume[o] > 0.0 ? o : e]; }
 
-// unit vector to x from the middle of the cracked elements within radius, which is to be further off than
-// least; false: there is none
+// unit vector to x from the centre of the cracked elements within radius; false: none, or nearer than least
 bool grown_along(const Scan& s, int e, const double* x, double radius, double least, double* d)
 {
   double mid[3] = {0, 0, 0}, volume = 0.0, norm = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], radius * AT_RADIUS, [&](int o, double) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], radius * AT_RADIUS, [&](int o, double) {
     if (!s.cracked(o)) return;
     const double v = crack_share(s, e, o);
     volume += v;

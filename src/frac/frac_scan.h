@@ -1,6 +1,6 @@
 // ---------------------------------------------------------------------------
-// frac_scan.h : what the parts of a fracture test share: the state that they look at, the ball of an
-// element, what is cracked around it, the force on it, the tip of a crack in it  (7.1) - (7.8), (7.35)
+// frac_scan.h : common routines of the fracture test: state, ball of an element, cracked elements around it,
+// configurational force, crack tip  (7.1) - (7.8), (7.35)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_FRAC_FRAC_SCAN_H
 #define MPFE_FRAC_FRAC_SCAN_H
@@ -8,7 +8,7 @@
 #include "frac/frac.h"
 #include "frac/free_face.h"
 
-// What one test knows of the state; what costs is made when it is asked for
+// Data of one test; expensive quantities are computed on demand
 struct Scan {
   const Model& m;
   const Step& step;
@@ -18,7 +18,7 @@ struct Scan {
   const Level& l;
   // [nelem] of intact elements: strain energy / volume, or its average; 0 for others
   RealVec W;
-  RealVec drive;               // [nelem] psi+ / volume, -1: not yet known
+  RealVec drive;               // [nelem] psi+ / volume, -1: not yet computed
   // sharp_release over |J| of elements ahead of a tip
   std::vector<std::pair<int, double>> sharp;
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
@@ -34,19 +34,18 @@ struct Scan {
   bool cracked(int e) const { return removed(e) || broken(e); }
 };
 
-// estimate_of, radius_of : by which estimate, in a ball of which radius
+// estimate_of, radius_of : estimate of G, radius of the ball
 Estimate estimate_of(const Scan& s, int e);
 double radius_of(const Scan& s, int e);
 
-// centres just at the radius belong to the ball: on an aligned mesh they would come and go with rounding, and
-// with the units
+// centres at the radius belong to the ball, independently of round-off and units
 const double AT_RADIUS = 1.0 + 1e-6;
 
-// calls use(o, distance) for the elements whose centres lie in the ball of e
+// calls use(o, distance) for the elements with centres in the ball of e
 template <class Use>
 void in_ball(const Scan& s, int e, Use use)
 {
-  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e) * AT_RADIUS, use);
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], radius_of(s, e) * AT_RADIUS, use);
 }
 
 // mean_strain : of an intact element                                                       [dim*dim]
@@ -56,11 +55,11 @@ void mean_strain(const Scan& s, int e, double* E);
 double largest_stress(const Scan& s, int e);
 
 // drive_of : psi+ / volume of an intact element by the law of its definition, in dynamics its average
-// over time. drive_beside: of an element o beside e; one that cannot break by the law of e
+// over time. drive_beside: of a neighbour o of e; if o cannot break, by the law of e
 double drive_of(Scan& s, int e);
 double drive_beside(Scan& s, int e, int o);
 
-// an element behind a face for which is(o) holds
+// is there an adjacent element at a face with is(o)?
 template <class Is>
 bool beside(const Scan& s, int e, Is is)
 {
@@ -69,29 +68,29 @@ bool beside(const Scan& s, int e, Is is)
   return false;
 }
 
-// touches_broken : shares a node with a broken element
+// touches_broken : does it share a node with a broken element?
 bool touches_broken(const Scan& s, int e);
 
-// crack_share : weight of a cracked element o in the ball of e; one that was removed has no volume
+// crack_share : weight of a cracked element o in the ball of e; a removed element has no volume
 double crack_share(const Scan& s, int e, int o);
 
-// at_removed, at_crack : beside a removed element; FORCE: behind a face of what is broken or removed,
-// BALL: shares a node with what is broken
+// at_removed, at_crack : at a removed element; FORCE: adjacent at a face to a broken or removed element,
+// BALL: shares a node with a broken element
 bool at_removed(const Scan& s, int e);
 bool at_crack(const Scan& s, int e);
 
-// free_faces : of the elements in the ball of this radius
+// free_faces : free faces of the elements in the ball of this radius
 void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out);
 
 // at_notch : does the end of a notch lie in the ball?
 bool at_notch(const Scan& s, int e, double radius);
 
-// grown_along : unit vector to x from the middle of the cracked elements within radius of e, which is to be
-// further off than least; false: there is none
+// grown_along : unit vector to x from the centre of the cracked elements within radius of e; false: none, or
+// nearer than least
 bool grown_along(const Scan& s, int e, const double* x, double radius, double least, double* d);
 
-// crack_plane : unit normal of the line or plane of what is cracked around e, a place in it; false: it is
-// none
+// crack_plane : unit normal of the line or plane of the cracked elements around e, and a point in it; false:
+// not flat
 bool crack_plane(const Scan& s, int e, double* n, double* mid = nullptr);
 
 // lies_in : does x lie in element e at t = 0?
@@ -104,50 +103,47 @@ int element_at(const Scan& s, const double* x, double h);
 //   out   J   with its direction
 double force_estimate(const Scan& s, int e, double radius, double* J);
 
-// Where a crack or a notch ends, the middle of the faces that a kink leaves, the direction so far
-// (unit vector)
+// End of a crack or notch, centre of the faces at which a kink starts, direction so far (unit vector)
 struct Tip {
   double end[2], face[3], d[3] = {0, 0, 0};
-  int elem = -1;               // ahead of it
+  int elem = -1;               // ahead of the tip
   double ratio = 0.0;          // K_II/K_I
   double along = 0.0;          // stress along the crack, T                             force/length^2
-  bool given = true;           // nothing has broken there
-  bool straight = true;        // its direction is the same in the ball and in half of it
+  bool given = true;           // of the start: nothing has broken there
+  bool straight = true;        // equal direction in the ball and in half of it
 };
 
-// notch_end : the end of a notch near e that no crack has left yet; false: there is none
+// notch_end : the end of a notch near e without a crack yet; false: none
 bool notch_end(const Scan& s, int e, Tip& t);
 
-// crack_face : the middle of the faces where a crack meets e, and the unit vector into e there [3];
-// false: none does
+// crack_face : the centre of the faces between a crack and e, and the unit vector into e there [3]; false: no
+// crack at e
 bool crack_face(const Scan& s, int e, double* x, double* into);
 
 // modes_ahead : ratio and along of the tip in front of e
 void modes_ahead(const Scan& s, int e, Tip& t);
 
-// crack_tip : the tip of the crack in front of e, with its modes; false: e is beside it, or too little has
-// cracked
+// crack_tip : the tip of the crack at e, with its modes; false: e is not ahead of it, or it is too short
 bool crack_tip(const Scan& s, int e, Tip& t);
 
-// slot_width : of the slot that ends at t, between its sides                              length
+// slot_width : distance of the sides of the slot that ends at t                           length
 double slot_width(const Scan& s, const Tip& t);
 
-// along_line : intact elements that a line of this length from x enters, until one that cannot break;
-// false: there are none
+// along_line : intact elements on a line of this length from x, up to an unbreakable one; false: none
 bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out);
 
-// element_ahead : what lies ahead, along J, of the foremost cracked element in the ball of e; -1: nothing
+// element_ahead : element ahead, along J, of the foremost cracked element in the ball of e; -1: none
 int element_ahead(const Scan& s, int e, const double* J);
 
-// blocked : that is tougher, or cannot break
+// blocked : is the element ahead tougher, or unbreakable?
 bool blocked(const Scan& s, int e, const double* J);
 
-// near_interface : is a node between two materials that near to x?
+// near_interface : is a node between two materials within the distance of x?
 bool near_interface(const Scan& s, const double* x, double distance);
 
-// sharp_release : energy per area that a sharp crack releases on its way from the tip along d through the
-// next size of an element, in the plane square to its front, with the normal n of the crack; e: the element
-// ahead. Not above 0: not known                                                                   (7.38)
+// sharp_release : energy per area released by a sharp crack that grows from the tip along d by one element
+// size, in the plane perpendicular to its front, with the normal n of the crack; e: the element ahead. <= 0:
+// unknown (7.38)
 double sharp_release(const Scan& s, int e, const double* tip, const double* d, const double* n);
 
 #endif

@@ -12,34 +12,34 @@
 namespace {
 
 const double PI = 3.14159265358979323846;
-const double ROUNDING = 1.0 + 1e-9;    // of a bound
-// see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
+const double ROUNDING = 1.0 + 1e-9;    // round-off of a bound
+// see behind_tip. Lower: flanks of a crack break (A14); higher: it cannot branch (P8)
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
-const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
-// A crack kinks where that releases more by this part: at a notch, whose direction is known, more than
-// straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4,
-// and the staircase of a mesh that looks like shear releases less. In motion waves look like shear too (A14).
-// Test: A10, P7, K2 (fracture/kink_inclined.inp)
-const double MORE = 1.05, MORE_GROWN = 1.15, MORE_MOTION = 1.15;
-// ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
-const double tied = 1e-3;
-// what breaks of a front in space breaks together: |J| of its elements differs by that where it is straight
+const double TIME_STEPS = 1e6;         // of an increment: round-off must not separate a symmetric pair
+// A crack kinks if the kink releases more by this factor: at a notch, with known direction, than straight
+// growth; for a grown crack, than |J|. Up to K_II/K_I = 0.4, |J| has the direction of a kink. Staircases of
+// the mesh have less gain, although they appear as shear, as do waves in dynamics (A14). Test: A10, P7, K2
+// (fracture/kink_inclined.inp)
+const double KINK_GAIN = 1.05, KINK_GAIN_GROWN = 1.15, KINK_GAIN_MOTION = 1.15;
+// relative difference of ranks of a symmetric pair, by the tolerance of Newton's method
+const double RANK_TOL = 1e-3;
+// elements of a 3D front within this difference break together: |J| varies by it along a straight front.
 // Test: A10, K5
-const double FRONT = 0.03;
-// cosine of the normals of two faces that are opposite
-const double OPPOSITE = -0.5;
+const double FRONT_TOL = 0.03;
+// cosine of the normals of two opposite faces
+const double OPPOSITE_COS = -0.5;
 
 // ---- energy average in a ball                                                      (7.3), (7.4)
 
-// weight of an element at the distance r in the average: 1 within radius - h, falling to 0 at radius + h. A
-// sharp ball would make G jump with each element that enters it, by up to a sixth on aligned squares
+// weight of an element at the distance r in the average: 1 within radius - h, decreasing to 0 at radius + h.
+// With a sharp ball G would jump with each element, by up to a sixth on aligned squares
 double ball_weight(const Scan& s, int e, double radius, double r)
 {
   return std::min(1.0, std::max(0.0, 0.5 * (radius - r) / s.fm.local[e] + 0.5));
 }
 
-// energy density times C radius is G: energy within r of a tip of mode I is kappa G r in the plane, pi/2
-// kappa G r^2 in space  (7.4)
+// C = G / (energy density radius): the energy within r of a mode I tip is kappa G r in 2D, pi/2 kappa G r^2
+// in 3D (7.4)
 double ball_constant(const Scan& s, int e)
 {
   const MatLaw& law = s.law(e);
@@ -52,12 +52,12 @@ double ball_constant(const Scan& s, int e)
   return s.m.dim == 2 ? PI / kappa * (1.0 + x2 / 3.0) : 8.0 / (3.0 * kappa) * (1.0 + x2) / (1.0 + x2 / 3.0);
 }
 
-// bound: from the whole energy, which psi+ never exceeds
+// bound: from the total energy, an upper bound of psi+
 double ball_estimate(Scan& s, int e, bool bound = false)
 {
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], radius + s.fm.local[e], [&](int o, double r) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], radius + s.fm.local[e], [&](int o, double r) {
     if (s.removed(o) || s.el.initial_block[o] < 0 || frac_other_material(s.el, e, o)) return;
     const double w = ball_weight(s, e, radius, r) * s.fm.volume[o];
     volume += w;
@@ -66,7 +66,7 @@ double ball_estimate(Scan& s, int e, bool bound = false)
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
 
-// what a slot that grows releases by the stress along it, which a sharp crack does not feel.
+// energy released by growth of a slot under stress along it; 0 for a sharp crack.
 // Test: K2 (fracture/kink_inclined.inp, b=15)                                                       (7.35)
 double slot_release(const Scan& s, const Tip& t)
 {
@@ -75,12 +75,12 @@ double slot_release(const Scan& s, const Tip& t)
   return 0.5 * slot_width(s, t) * t.along * t.along / modulus;
 }
 
-// BALL in the plane: the end of a notch near e, which no crack has left yet, and the kink there; false: a
-// crack goes straight on from it. A row of removed elements must be straight, as in statics
+// BALL in 2D: the end of a notch near e without a crack yet, and the kink there; false: growth is straight. A
+// row of removed elements must be straight, as in statics
 bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
 {
   bool left = false, slot = false, found = false;
-  frac_near(s.fm, &s.fm.centre[3 * e], FRAC_NOTCH * s.fm.local[e] * AT_RADIUS, [&](int o, double) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], FRAC_NOTCH * s.fm.local[e] * AT_RADIUS, [&](int o, double) {
     left = left || s.broken(o);
     slot = slot || s.removed(o);
     Tip x;
@@ -91,16 +91,16 @@ bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
   if (s.m.dim == 3 || left || (slot ? !found : !notch_end(s, e, t))) return false;
   if (!slot) modes_ahead(s, e, t);
   k = kink_of(t.ratio);
-  return k.gain >= MORE_MOTION;
+  return k.gain >= KINK_GAIN_MOTION;
 }
 
-// in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
+// in element sizes: distance of an interface from the tip within which the crack is treated as sharp.
 // Test: K4
-const double TO_INTERFACE = 3.0;
-// times the release of an element, about 7 h/c_R: a tip that has not moved for longer is at rest. Test: K4
-const double AT_REST = 4.0;
+const double INTERFACE_DISTANCE = 3.0;
+// in release times of an element, about 7 h/c_R: a tip without growth for longer is at rest. Test: K4
+const double REST_TIME = 4.0;
 
-// normal n of a crack that grows along d; in space d becomes the part of J square to n; false: there is none
+// normal n of a crack that grows along d; in 3D d is the part of J perpendicular to n; false: none
 bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
 {
   n[0] = -d[1];
@@ -122,7 +122,7 @@ bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
   return size > 0.0;
 }
 
-// what a sharp crack releases through the element ahead of a tip, over the estimate there
+// energy release of a sharp crack through the element ahead of a tip, over the estimate there
 double sharp_share(Scan& s, int ahead)
 {
   for (const auto& known : s.sharp)
@@ -130,7 +130,7 @@ double sharp_share(Scan& s, int ahead)
   double x[3], d[3], n[3], J[3], share = 1.0;
   const bool force = estimate_of(s, ahead) == ESTIMATE_FORCE;
   const double h = s.fm.local[ahead], radius = force ? radius_of(s, ahead) : FRAC_NOTCH * h;
-  if (crack_face(s, ahead, x, d) && near_interface(s, x, TO_INTERFACE * h)) {
+  if (crack_face(s, ahead, x, d) && near_interface(s, x, INTERFACE_DISTANCE * h)) {
     const double G0 = force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead);
     grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, d);
     const double G = crack_axes(s, ahead, J, d, n) ? sharp_release(s, ahead, x, d, n) : 0.0;
@@ -140,24 +140,24 @@ double sharp_share(Scan& s, int ahead)
   return share;
 }
 
-// BALL in the plane, near an interface at a tip at rest: what a sharp crack releases, over G. The mean in the
-// ball is that of the field of a tip in one material
+// BALL in 2D, near an interface, for a tip at rest: energy release of a sharp crack, over G. The mean in the
+// ball assumes the tip field of one material
 double rest_share(Scan& s, int e)
 {
   const double *c = &s.fm.centre[3 * e], h = s.fm.local[e];
-  if (s.m.dim == 3 || !near_interface(s, c, (TO_INTERFACE + 1.0) * h)) return 1.0;
+  if (s.m.dim == 3 || !near_interface(s, c, (INTERFACE_DISTANCE + 1.0) * h)) return 1.0;
   double last = -1e300, d[3];
-  frac_near(s.fm, c, FRAC_NOTCH * h * AT_RADIUS, [&](int o, double) {
+  frac_in_ball(s.fm, c, FRAC_NOTCH * h * AT_RADIUS, [&](int o, double) {
     if (s.broken(o)) last = std::max(last, s.fr.time[o]);
   });
-  if (s.l.time - last < AT_REST * s.fm.release[e]) return 1.0;
+  if (s.l.time - last < REST_TIME * s.fm.release[e]) return 1.0;
   if (!grown_along(s, e, c, FRAC_NOTCH * h, 0.0, d)) return 1.0;
   const int ahead = element_ahead(s, e, d);
   return ahead >= 0 && s.intact(ahead) && s.fm.def[ahead] >= 0 ? sharp_share(s, ahead) : 1.0;
 }
 
-// BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a
-// fifth too high, because a void has no volume  (7.7). Near an interface what a sharp crack releases  (7.38)
+// BALL: within 5 h of the end of a notch also J, which is accurate from the first element on; the ball is a
+// fifth too high, because a void has no volume  (7.7). Near an interface: sharp crack  (7.38)
 double estimate(Scan& s, int e, double* J)
 {
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
@@ -189,27 +189,27 @@ double spacing_of(const Scan& s, int e)
   return (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? FRAC_SPACING : 0.0) * s.fm.local[e];
 }
 
-// a crack may start where nothing is broken: at what was removed always, elsewhere as START says
+// a crack may start without a broken neighbour: at removed elements always, elsewhere with START
 bool start_allowed(const Scan& s, int e)
 {
   return s.def(e).start || at_removed(s, e);
 }
 
-// psi+ / volume over toughness, by which elements compete                              1/length
+// psi+ / volume over toughness, to compare elements                                    1/length
 double relative_drive(Scan& s, int e) { return drive_of(s, e) / s.fm.gc[e]; }
 
-// an element that could break instead of another one: of an *EIGENFRACTURE, intact, in tension, at a crack or
-// where one may start, and nearer to its toughness than the limit
+// a competing element: of an *EIGENFRACTURE, intact, in tension, at a crack or where a crack may start, with
+// a relative drive above the limit
 bool competes(Scan& s, int o, double limit)
 {
-  if (s.fm.def[o] < 0 || s.W[o] <= limit * s.fm.gc[o]) return false;   // psi+ is never more than W
+  if (s.fm.def[o] < 0 || s.W[o] <= limit * s.fm.gc[o]) return false;   // psi+ <= W
   if (relative_drive(s, o) <= limit || !(largest_stress(s, o) > 0.0)) return false;
   return at_crack(s, o) || touches_broken(s, o) || start_allowed(s, o);
 }
 
-// holds little of what the strongest competitor near it does: FORCE: of its ball, BALL in motion: within
-// SPACING. G of the ball, and |J|, are much the same for all elements near a tip, also for those behind it;
-// on an aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
+// is the drive small compared with the strongest competitor: FORCE: in its ball, BALL in dynamics: within
+// SPACING? G of the ball, and |J|, are similar for all elements near a tip, also behind it; on an aligned
+// mesh the neighbours of the tip element have a third of its energy, those behind it a tenth
 bool behind_tip(Scan& s, int e)
 {
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
@@ -217,12 +217,12 @@ bool behind_tip(Scan& s, int e)
   const double reach = force ? radius_of(s, e) : spacing_of(s, e),
                limit = relative_drive(s, e) / (force ? TIP_STATICS : TIP_MOTION);
   bool found = false;
-  frac_near(s.fm, &s.fm.centre[3 * e], reach * AT_RADIUS,
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], reach * AT_RADIUS,
             [&](int o, double) { found = found || competes(s, o, limit); });
   return found;
 }
 
-// a crack in the ball of e that can go on to it: element by element of the ball, which may break
+// is e connected to a crack in its ball, by breakable elements of the ball?
 bool crack_reaches(const Scan& s, int e)
 {
   const bool force  = estimate_of(s, e) == ESTIMATE_FORCE;
@@ -250,32 +250,32 @@ bool crack_reaches(const Scan& s, int e)
   return false;
 }
 
-// nearer to its toughness than its competitors beside it and in its ball, which no crack reaches: a crack may
-// start here
+// may a crack start at e: no crack reaches it, and its relative drive exceeds that of its neighbours and of
+// the competitors in its ball
 bool may_start(Scan& s, int e)
 {
   if (crack_reaches(s, e)) return false;
-  const double limit = (1.0 + tied) * relative_drive(s, e);
+  const double limit = (1.0 + RANK_TOL) * relative_drive(s, e);
   if (beside(s, e, [&](int o) { return competes(s, o, limit); })) return false;
   bool good = true;
   in_ball(s, e, [&](int o, double) { good = good && !competes(s, o, limit); });
   return good;
 }
 
-// cosine of the directions of a crack in the ball and in half of it, 20 degrees: less is bent.
+// cosine of the directions of a crack in the ball and in half of it, 20 degrees; below: bent.
 // Test: K1 (fracture/k2_kinks), A10
-const double BENT = 0.94;
+const double BENT_COS = 0.94;
 
-// the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
-// lines; a kink goes by its own direction, not that of the crack behind it; in space the way along the front
-// does not count: all of a plane front are level  (7.8)
+// the order: J along the direction from the broken elements of the ball, so that the path does not follow
+// mesh lines; a kink by its own direction, not that of the crack before it; in 3D without the component along
+// the front: elements of a plane front have equal rank (7.8)
 double force_rank(const Scan& s, int e, const double* J, double G)
 {
   double d[3], near[3], n[3];
   const double *x = &s.fm.centre[3 * e], radius = radius_of(s, e);
   if (!grown_along(s, e, x, radius, 0.0, d)) return G;
   if (s.m.dim == 2 && grown_along(s, e, x, 0.5 * radius, 0.0, near) &&
-      d[0] * near[0] + d[1] * near[1] < BENT)
+      d[0] * near[0] + d[1] * near[1] < BENT_COS)
     std::copy_n(near, 3, d);
   const double ahead = J[0] * d[0] + J[1] * d[1] + J[2] * d[2];
   if (s.m.dim == 2 || ahead <= 0.0 || !crack_plane(s, e, n)) return ahead;
@@ -289,8 +289,8 @@ double fallback_of(const Scan& s, int e)
   return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE && s.m.dim == 3 ? 0.45 : 0.0;
 }
 
-// a ligament: a crack on two sides of it that do not meet at an edge, or all around it
-bool left_behind(const Scan& s, int e)
+// a ligament: with cracked elements at opposite faces; with given FALLBACK any element
+bool is_ligament(const Scan& s, int e)
 {
   if (s.def(e).fallback >= 0.0) return true;
   double way[6][3], mid[3];
@@ -305,13 +305,13 @@ bool left_behind(const Scan& s, int e)
       for (int i = 0; i < 3; ++i) dot += way[a][i] * way[b][i];
       const double sizes = std::hypot(way[a][0], way[a][1], way[a][2]) *
                            std::hypot(way[b][0], way[b][1], way[b][2]);
-      found = found || dot < OPPOSITE * sizes;
+      found = found || dot < OPPOSITE_COS * sizes;
     }
   return found;
 }
 
-// the crack holds the direction of growth: what of N is along J goes
-void turn_off(const double* J, double* N)
+// a crack contains its direction of growth: removes the component of N along J
+void remove_along(const double* J, double* N)
 {
   const double JJ = J[0] * J[0] + J[1] * J[1] + J[2] * J[2];
   if (JJ == 0.0) return;
@@ -334,31 +334,30 @@ bool near_crack(const Scan& s, int e)
 
 // ---- candidates
 
-// in sizes of an element: length of a kink
+// in element sizes: length of a kink
 const double KINK_LENGTH = 3.0;
-// cosine between the way into an element at a crack and where the crack goes, or its plane; less, or with
-// a centre so many sizes off the plane it lies beside the crack, and what breaks there is a kink. Test:
-// K7
-const double BESIDE = 0.5, ASIDE = 0.6;
-// in sizes of an element: from the middle of what is cracked within 2.5 of them along it; less: the crack
-// passes by
-const double MIDDLE = 0.5;
+// cosine between the direction from a crack into an element and the direction, or plane, of the crack; below,
+// or with a centre further off the plane (in element sizes), the element is beside the crack, and its
+// breaking is a kink. Test: K7
+const double BESIDE_COS = 0.5, BESIDE_DISTANCE = 0.6;
+// in element sizes: distance along the crack from the centre of cracked elements within 2.5; below: a flank
+const double MIDDLE_DISTANCE = 0.5;
 
-const int KINK_MOST = 16;      // elements of a kink
+const int MAX_KINK = 16;       // elements of a kink
 
-// A candidate, with all that the choice among those of all ranks looks at
+// A candidate, with all data for the choice over all ranks
 struct Candidate {
   Erosion x;
-  double ball = 0.0;           // FORCE: distance within which the best placed one decides
-  double spacing  = 0.0;       // of those that break in one test
-  double fallback = 0.0;       // part of Gc h that breaks it anywhere
+  double ball = 0.0;           // FORCE: distance within which the candidate of the highest rank decides
+  double spacing  = 0.0;       // between elements that break in one test
+  double fallback = 0.0;       // fraction of Gc h that breaks it anywhere
   bool griffith = false, force = false, order_all = false;
-  double level = tied;         // part of the rank of the best placed one with which it is level
+  double level = RANK_TOL;     // relative difference of equal ranks
   int front = -1, front_label = 0;
-  bool decides = false;        // at a straight crack of the start: other elements of the ball are beside it
+  bool decides = false;        // at a straight initial crack: other elements of the ball are beside it
   // mixed mode: the elements of the kink
   int nkink = 0;
-  Erosion kink[KINK_MOST];
+  Erosion kink[MAX_KINK];
 };
 
 Erosion erosion_of(const Scan& s, int e, double value, double rank, const double* J)
@@ -379,7 +378,7 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   c.griffith  = d.criterion == CRITERION_GRIFFITH;
   c.force     = c.griffith && estimate_of(s, e) == ESTIMATE_FORCE;
   c.order_all = d.order == ORDER_ALL;
-  if (c.force && s.m.dim == 3) c.level = FRONT;
+  if (c.force && s.m.dim == 3) c.level = FRONT_TOL;
   c.front       = c.x.number;
   c.front_label = c.x.label;
   return c;
@@ -410,7 +409,7 @@ void find_energies(const RealVec& energy, Scan& s)
     if (s.averaged(static_cast<int>(e)) && s.W[e] > 0.0) s.W[e] = std::max(s.W[e], s.fr.mean[e]);
 }
 
-// candidates of all ranks, in the order of one
+// gathers the candidates of all ranks, in the order of one rank
 void join(std::vector<Candidate>& all)
 {
   if (comm_size() == 1) return;
@@ -419,11 +418,11 @@ void join(std::vector<Candidate>& all)
             [](const Candidate& a, const Candidate& b) { return a.x.number < b.x.number; });
 }
 
-// psi+ of the element against its share of the toughness                             (7.1)
+// psi+ of the element against the threshold                                          (7.1)
 void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
 {
   const double need = part * threshold(s, e);
-  // psi+ is never more than the whole energy
+  // psi+ <= total energy
   if (s.W[e] * s.fm.volume[e] < need) return timer_skip(PHASE_ESTIMATE);
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
@@ -432,7 +431,7 @@ void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
     out.push_back(candidate(s, e, value, value, none));
 }
 
-// COHESIVE: where the traction is gone at all Gauss points
+// COHESIVE: no traction at all Gauss points
 void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
 {
   const double end  = crack_open(crack_of(s.def(e)));
@@ -444,13 +443,13 @@ void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
   if (least >= 1.0) out.push_back(candidate(s, e, least, least, none));
 }
 
-// BALL: W_most, the largest energy / volume of any element, is too little
-bool out_of_reach(const Scan& s, int e, double W_most)
+// BALL: the criterion cannot be met with W_max, the largest energy / volume of any element
+bool out_of_reach(const Scan& s, int e, double W_max)
 {
-  return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
+  return ball_constant(s, e) * radius_of(s, e) * W_max * ROUNDING < s.fm.gc[e];
 }
 
-// the elements along the kink of the tip t, from x on, break by the value of c; false: there are none
+// adds the elements along the kink of the tip t from x, with the value of c; false: there are none
 bool take_line(const Scan& s, const Tip& t, const double* x, const Kink& k, double value, Candidate& c)
 {
   const int e = c.x.elem;
@@ -459,7 +458,7 @@ bool take_line(const Scan& s, const Tip& t, const double* x, const Kink& k, doub
   const double J[3]  = {G * go[0], G * go[1], 0.0};
   IntVec line;
   if (!along_line(s, e, x, go, KINK_LENGTH * s.fm.local[e], line)) return false;
-  c.nkink = std::min<int>(KINK_MOST, line.size());
+  c.nkink = std::min<int>(MAX_KINK, line.size());
   for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], value, value, J);
   return true;
 }
@@ -473,8 +472,8 @@ void take_notch(const Scan& s, Candidate& c)
   take_line(s, t, t.end, k, c.x.value, c);
 }
 
-// FORCE in the plane: a crack in mixed mode kinks to where it releases most, by gain times what it would
-// straight on; the elements of the kink break together, since the force on the ball does not yet see it
+// FORCE in 2D: a crack in mixed mode kinks to the largest energy release, gain times that of straight growth;
+// the elements of the kink break together, since J of the ball does not include it yet
 //   in   J   of (7.5)
 void take_kink(const Scan& s, const double* J, Candidate& c)
 {
@@ -489,7 +488,7 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   }
   const Kink k = kink_of(t.ratio);
   double G     = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
-  if (t.given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
+  if (t.given ? k.gain < KINK_GAIN : G < KINK_GAIN_GROWN * c.x.value) return;
   if (t.given) G -= slot_release(s, t) / s.fm.gc[e] * k.gain;
   if (!take_line(s, t, t.face, k, G, c)) return;
   c.decides = t.given && t.straight;
@@ -497,16 +496,16 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   c.x.value = G;
 }
 
-// the element before the end of a slot from which a crack kinks: flanks of the slot may hold more
+// is e at the end of a slot from which a crack kinks? Flanks of the slot may have more energy
 bool kinks(const Scan& s, int e)
 {
   Tip t;
   return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_removed(s, e) && crack_tip(s, e, t) &&
-         t.given && t.straight && kink_of(t.ratio).gain >= MORE;
+         t.given && t.straight && kink_of(t.ratio).gain >= KINK_GAIN;
 }
 
-// FORCE: near an interface G changes within an element, and J sees the blunt end of a row. In space a brick
-// stands for itself, from half of its toughness on; teeth of fronts of tetrahedra have no such tip
+// FORCE: near an interface G changes within an element, and J includes the blunt end of a row. In 3D only
+// bricks with more than half of their toughness; jagged fronts of tetrahedra have no such tip
 void take_interface(Scan& s, const double* J, Candidate& c)
 {
   const int e = c.x.elem;
@@ -515,14 +514,14 @@ void take_interface(Scan& s, const double* J, Candidate& c)
   if (s.m.dim == 3 && (c.x.value < 0.5 || s.el.block[s.el.initial_block[e]].shape != SHAPE_HEX8)) return;
   if (s.m.dim == 3 && !crack_face(s, e, x, into)) return;
   const double size = std::hypot(J[0], J[1], J[2]);
-  const bool front  = s.m.dim == 3 && J[0] * into[0] + J[1] * into[1] + J[2] * into[2] > BESIDE * size;
+  const bool front  = s.m.dim == 3 && J[0] * into[0] + J[1] * into[1] + J[2] * into[2] > BESIDE_COS * size;
   const int ahead   = front ? e : element_ahead(s, e, J);
   if (ahead < 0 || !s.intact(ahead)) return;
   scale(sharp_share(s, ahead), c);
 }
 
-// FORCE: an element beside a crack releases what a kink of that angle does. Where what lies ahead is tougher,
-// or cannot break, |J| would break the flanks
+// FORCE: an element beside a crack releases the energy of a kink of that angle. If the element ahead is
+// tougher, or unbreakable, |J| would break the flanks
 //   in   J   of (7.5), 0: not known
 void take_beside(const Scan& s, const double* J, Candidate& c)
 {
@@ -537,24 +536,24 @@ void take_beside(const Scan& s, const double* J, Candidate& c)
   const double size = std::hypot(J[0], J[1], J[2]);
   if (size > 0.0) {
     ways = std::max(ways, (J[0] * into[0] + J[1] * into[1] + J[2] * into[2]) / size);
-  } else {                                           // from the middle of the crack, in its plane
+  } else {                                           // from the centre of the crack, in its plane
     for (int i = 0; i < 3; ++i) way[i] = s.fm.centre[3 * e + i] - mid[i] - away * n[i];
     if (std::hypot(way[0], way[1], way[2]) < 0.5 * s.fm.local[e]) return;
   }
-  if (std::fabs(away) > ASIDE * s.fm.local[e]) ways = 0.0;
-  if (ways >= BESIDE || !blocked(s, e, way)) return;
+  if (std::fabs(away) > BESIDE_DISTANCE * s.fm.local[e]) ways = 0.0;
+  if (ways >= BESIDE_COS || !blocked(s, e, way)) return;
   const double share = kink_share(std::acos(std::max(0.0, ways)));
   scale(share, c);
 }
 
-// a front that kinks: the elements of the kink in place of the element that it stands for
+// a kink: replaces the element at the tip by the elements of the kink
 void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
 {
   std::vector<Candidate> out;
   for (const Candidate& c : all) {
     if (c.nkink == 0) out.push_back(c);
     for (int i = 0; i < c.nkink; ++i) {
-      bool twice = false;                            // another element at the same tip stands for it as well
+      bool twice = false;                            // also given by another element at the same tip
       for (const Candidate& o : out) twice = twice || o.x.number == c.kink[i].number;
       if (twice) continue;
       out.push_back(c);
@@ -565,7 +564,7 @@ void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
   all.swap(out);
 }
 
-// FORCE: beside the middle of a slot that was removed, whose ends are elsewhere
+// FORCE: is e at a flank of a removed slot, away from its ends?
 // Test: K2 (fracture/kink_inclined.inp, b=15)
 bool flank(const Scan& s, int e)
 {
@@ -576,15 +575,16 @@ bool flank(const Scan& s, int e)
     const double along = s.fm.centre[3 * e + i] - mid[i] - off * n[i];
     apart += along * along;
   }
-  return std::fabs(off) > ASIDE * s.fm.local[e] && std::sqrt(apart) < MIDDLE * s.fm.local[e];
+  return std::fabs(off) > BESIDE_DISTANCE * s.fm.local[e] &&
+         std::sqrt(apart) < MIDDLE_DISTANCE * s.fm.local[e];
 }
 
-void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
+void by_griffith(Scan& s, int e, double W_max, std::vector<Candidate>& out)
 {
-  const double least = FRAC_LEAST * s.fm.gc[e] / s.fm.size[e];
+  const double least = FRAC_MIN_DRIVE * s.fm.gc[e] / s.fm.size[e];
   if (s.W[e] <= least) return;
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
-  if (!force && out_of_reach(s, e, W_most)) return timer_skip(PHASE_ESTIMATE);
+  if (!force && out_of_reach(s, e, W_max)) return timer_skip(PHASE_ESTIMATE);
   if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return timer_skip(PHASE_ESTIMATE);
   if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
   const bool at = at_crack(s, e);
@@ -593,10 +593,10 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   double J[3];
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double G = estimate(s, e, J);
-  if (G < s.fm.gc[e] && !force) return;              // FORCE: keep_fronts judges
+  if (G < s.fm.gc[e] && !force) return;              // FORCE: decided in keep_fronts
   const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
   const double F[3] = {J[0], J[1], J[2]};
-  if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
+  if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
   if (force && s.m.dim == 2) take_kink(s, F, out.back());
   if (!force && at_notch(s, e, FRAC_NOTCH * s.fm.local[e])) take_notch(s, out.back());
@@ -604,7 +604,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (at && out.back().nkink == 0) take_beside(s, F, out.back());
 }
 
-// where a crack of the start kinks |J| of the elements beside it says nothing
+// drops elements beside a kink of an initial crack, for which |J| is meaningless
 void drop_beside(std::vector<Candidate>& all)
 {
   std::vector<Candidate> out;
@@ -617,8 +617,8 @@ void drop_beside(std::vector<Candidate>& all)
   all.swap(out);
 }
 
-// FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of
-// them breaks.
+// FORCE: elements around a tip have similar |J|. If the element of the highest rank in a ball does not break,
+// none of them breaks.
 void keep_fronts(std::vector<Candidate>& all)
 {
   std::vector<Candidate> out;
@@ -633,8 +633,8 @@ void keep_fronts(std::vector<Candidate>& all)
   all.swap(out);
 }
 
-// the criterion is met exactly at a load at which this is 1. FORCE: the best placed element of a ball decides
-// (keep_fronts)
+// the largest value over the criterion: 1 at the load of first fracture. FORCE: the element of the highest
+// rank in a ball decides (keep_fronts)
 FirstBreak most_exceeded(const std::vector<Candidate>& all, bool fallback)
 {
   FirstBreak first;
@@ -650,8 +650,8 @@ FirstBreak most_exceeded(const std::vector<Candidate>& all, bool fallback)
   return first;
 }
 
-// strongest first; others of the same test when they are level with it, or far enough away; in motion
-// behind_tip has judged those of GRIFFITH, and the two arms of a crack that divides may break at once
+// highest rank first; others in the same test if of equal rank, or far enough away; in dynamics without this
+// condition for GRIFFITH, after behind_tip: both arms of a branching crack may break at once
 void choose(bool dynamic, bool fallback, std::vector<Candidate>& all)
 {
   std::sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
@@ -670,14 +670,14 @@ void choose(bool dynamic, bool fallback, std::vector<Candidate>& all)
   all.swap(out);
 }
 
-// What a broken element covers of one that breaks: the part 1 - r/h, r: distance in the plane of the crack
+// Cover of an element that breaks by a broken one: 1 - r/h, r: distance in the crack plane
 struct Cover {
-  double d[3];                 // from the one that breaks, in that plane
+  double d[3];                 // from the element that breaks, in that plane
   double r, part;
 };
 
-// the largest part that two of them cover: what lies opposite counts whole, what lies beside or behind the
-// first one not; no direction of the plane is preferred
+// the largest fraction covered by two elements: in full for an element opposite to the first one, not for one
+// beside or behind it; without a preferred direction in the plane
 double covered_part(const std::vector<Cover>& all)
 {
   double most = 0.0;
@@ -690,13 +690,13 @@ double covered_part(const std::vector<Cover>& all)
   return most;
 }
 
-// what an element that breaks adds to the crack: the square (2D: the edge) of its size in the plane of the
-// crack, less what elements that broke before, within 1.5 h of that plane, cover of it to either side  (7.17)
+// crack area of an element that breaks: the square (2D: edge) of its size in the plane of the crack, minus
+// the cover by elements broken before within 1.5 h of that plane, on either side (7.17)
 double crack_area(const Scan& s, int e, const double* N)
 {
   const double h = s.fm.size[e];
   std::vector<Cover> all;
-  frac_near(s.fm, &s.fm.centre[3 * e], 2.1 * s.fm.local[e], [&](int o, double) {
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], 2.1 * s.fm.local[e], [&](int o, double) {
     if (o == e || s.fr.broken[o] < 0) return;
     double n = 0.0, rr = 0.0;
     Cover c;
@@ -717,7 +717,7 @@ double crack_area(const Scan& s, int e, const double* N)
   return share * h * (s.m.dim == 2 ? s.fm.thickness[e] : h);
 }
 
-// the criterion of an intact element over the value at which it breaks; part: of Gc h, 0: by its definition
+// the criterion of an intact element over its critical value; part: fraction of Gc h, 0: by its definition
 double value_of(Scan s, int e, double part)
 {
   s.drive.assign(s.fm.size.size(), -1.0);
@@ -727,7 +727,7 @@ double value_of(Scan s, int e, double part)
   return estimate(s, e, J) / s.fm.gc[e];
 }
 
-// the mean normal of the Gauss points, each on the side of the first one
+// the mean normal of the Gauss points, oriented as the first one
 void mean_normal(const Scan& s, int e, double* N)
 {
   const MatLaw& law = s.el.block[s.el.initial_block[e]].law;
@@ -747,11 +747,11 @@ double when_met(const Scan& s, const Level& l1, const Erosion& x)
   if (!s.dynamic() || s.fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
   const double value0 = x.gain * value_of(s, x.elem, 0.0);
   if (value0 >= 1.0) return s.l.time;
-  const double part = std::round(FINE * (1.0 - value0) / (x.value - value0)) / FINE;
+  const double part = std::round(TIME_STEPS * (1.0 - value0) / (x.value - value0)) / TIME_STEPS;
   return s.l.time + part * (l1.time - s.l.time);
 }
 
-// broken material of a law of its own begins with no history; what is dissipated stays
+// resets the history for a law of broken material; the dissipated energy is kept
 void forget_history(const Scan& s, int e, Level& l)
 {
   const ElemBlock& b = s.el.block[s.el.initial_block[e]];
@@ -761,7 +761,7 @@ void forget_history(const Scan& s, int e, Level& l)
     std::fill_n(history_at(l.he, s.el.history, k) + HISTORY_OF_LAW, s.el.history - HISTORY_OF_LAW, 0.0);
 }
 
-// energy, area: on the rank that works on it
+// energy, area: on the owner
 void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& energy, double& area)
 {
   const int e    = x.elem;
@@ -775,7 +775,7 @@ void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& ener
     if (own) mean_normal(s, e, N);
   } else {
     split_normal(s.law(e), s.m.dim, E, N);
-    turn_off(x.J, N);
+    remove_along(x.J, N);
   }
   fr.broken[e] = s.fm.def[e];
   fr.time[e]   = x.time;
@@ -806,24 +806,24 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   Scan s{m, step, el, fm, fr, l, {}, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
-  double W_most = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
-  if (m.part.on) W_most = comm_allreduce_max(W_most);
+  double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
+  if (m.part.on) W_max = comm_allreduce_max(W_max);
   std::vector<Candidate> all, open;
   for (int e = 0; e < nelem; ++e) {
     if (!m.part.works(e) || fm.def[e] < 0 || !s.intact(e)) continue;
     if (s.def(e).criterion == CRITERION_COHESIVE) by_cohesion(s, e, open);
     else if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
-    else by_griffith(s, e, W_most, all);
+    else by_griffith(s, e, W_max, all);
   }
   join(all);
   join(open);
   drop_beside(all);
   keep_fronts(all);
   const bool fallback = all.empty();
-  if (fallback) {                                 // ligaments that the crack has left behind
+  if (fallback) {                                 // ligaments
     for (int e = 0; e < nelem; ++e)
       if (m.part.works(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
-          fallback_of(s, e) > 0.0 && left_behind(s, e))
+          fallback_of(s, e) > 0.0 && is_ligament(s, e))
         by_element(s, e, fallback_of(s, e), all);
     join(all);
   }
@@ -867,9 +867,9 @@ void frac_erode(const Model& m, const Step& step, const Elements& el, const Frac
   RealVec sum(2 * n, 0.0);     // energies, crack areas
   for (size_t k = 0; k < n; ++k)
     if (all[k].elem >= 0) erode({m, step, el, fm, fr, l, {}, {}, {}}, all[k], fr, l, sum[k], sum[n + k]);
-  // of outer elements what their ranks say: rounding differs
+  // halo elements: copied from their owners, as round-off differs
   if (n > 0 && m.part.around.on()) halo_copy(m.part.around, 3, fr.normal);
-  // as a restart file has them, so that sums over them are the same behind it
+  // in the order of a restart file, so that sums do not change after a restart
   std::sort(fr.releasing.begin(), fr.releasing.end(), [&](int a, int b) {
     return fr.time[a] != fr.time[b] ? fr.time[a] < fr.time[b] : a < b;
   });

@@ -8,21 +8,21 @@
 
 namespace {
 
-// cosine of the directions of a crack in the ball and in half of it, 3 degrees: less is no straight one
-const double STRAIGHT = 0.9986;
-// cosine between the crack and the way into an element at its end; less: the element is beside the crack
-const double AHEAD = 0.7;
-// in sizes of an element: distance of the middle of what is cracked in the ball from its end: less is no
-// crack yet that has a direction (three elements of a row: 1.5)
-const double CRACK = 1.4;
-// what the end of a slot leaves of a stress along it on the line ahead
+// cosine of the directions of a crack in the ball and in half of it, 3 degrees; below: not straight
+const double STRAIGHT_COS = 0.9986;
+// cosine between the crack and the direction into an element at its end; below: beside the crack
+const double AHEAD_COS = 0.7;
+// in element sizes: distance from the end of the crack to the centre of the cracked elements in the ball;
+// below: too short for a direction (three elements of a row: 1.5)
+const double MIN_CRACK = 1.4;
+// fraction of a stress along a slot that remains on the line ahead of its end
 const double BEFORE_END = 0.85;
-// slope of the sides of a notch that is no slot
-const double OPENS = 0.3;
-// a toughness that is so much larger blocks the way ahead
+// slope of the sides of a notch that is not a slot
+const double NOTCH_SLOPE = 0.3;
+// toughness ratio of an element that blocks growth
 const double TOUGHER = 1.2;
 
-// ball in which a crack has its direction: EPSILON may be too small for one
+// radius of the ball for the direction of a crack: EPSILON may be too small
 double kink_radius(const Scan& s, int e)
 {
   return std::max(radius_of(s, e), FRAC_RADIUS_FORCE * s.fm.local[e]) * AT_RADIUS;
@@ -31,10 +31,10 @@ double kink_radius(const Scan& s, int e)
 template <class Use>
 void in_kink_ball(const Scan& s, int e, Use use)
 {
-  frac_near(s.fm, &s.fm.centre[3 * e], kink_radius(s, e), use);
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], kink_radius(s, e), use);
 }
 
-// middle of the free faces within radius of an element or a place, by their size
+// centre of the free faces within radius of c, weighted by size
 void middle_of(const std::vector<FreeFace>& face, const double* c, double radius, double* mid)
 {
   double size = 0.0;
@@ -48,8 +48,7 @@ void middle_of(const std::vector<FreeFace>& face, const double* c, double radius
   for (int i = 0; size > 0.0 && i < 2; ++i) mid[i] /= size;
 }
 
-// nodes of the faces around c that lie ahead along d: their mean; of their faces the one whose element holds
-// more
+// mean of the foremost nodes along d of the faces around c; returns the face there with the largest energy
 const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& face, const double* c,
                             const double* d, double h, double* end)
 {
@@ -77,7 +76,7 @@ const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& face, co
   return first;
 }
 
-// unit vector from the middle of the faces around end to end; false: they do not lie behind it
+// unit vector to end from the centre of the faces around it; false: nearer than least
 bool away_from(const std::vector<FreeFace>& face, const double* end, double h, double least, double* d)
 {
   double mid[2];
@@ -90,7 +89,7 @@ bool away_from(const std::vector<FreeFace>& face, const double* end, double h, d
 
 }  // namespace
 
-// the end of a notch near e that no crack has left yet; false: there is none
+// the end of a notch near e without a crack yet; false: none
 bool notch_end(const Scan& s, int e, Tip& t)
 {
   if (!at_notch(s, e, s.dynamic() ? FRAC_NOTCH * s.fm.local[e] : radius_of(s, e))) return false;
@@ -99,7 +98,7 @@ bool notch_end(const Scan& s, int e, Tip& t)
   free_faces(s, e, FRAC_KINK * h, face);
   std::copy_n(c, 2, t.end);
   const FreeFace* first = nullptr;
-  for (int pass = 0; pass < 2; ++pass) {             // the second one about the end that the first one found
+  for (int pass = 0; pass < 2; ++pass) {             // second pass: about the end found in the first
     if (!away_from(face, t.end, h, 0.5 * h, t.d)) return false;
     first = faces_ahead(s, face, c, t.d, h, t.end);
   }
@@ -109,7 +108,7 @@ bool notch_end(const Scan& s, int e, Tip& t)
   return away_from(face, t.end, h, h, t.d);
 }
 
-// the middle of the faces where a crack meets e, and the unit vector into e there [3]; false: none does
+// the centre of the faces between a crack and e, and the unit vector into e there [3]; false: no crack at e
 bool crack_face(const Scan& s, int e, double* x, double* into)
 {
   double mid[3], area[3];
@@ -133,8 +132,8 @@ bool crack_face(const Scan& s, int e, double* x, double* into)
   return n > 0 && norm > 0.0;
 }
 
-// K_II/K_I: shear over tension on the line ahead; stress along the crack has no part in it. Where the crack
-// is closed 1e3 with the sign of the shear. T: there the singular parts along and across the crack are equal
+// K_II/K_I: shear over tension on the line ahead, independent of stress along the crack; 1e3 with the sign of
+// the shear for a closed crack. T: on this line the singular stresses along and across the crack are equal
 void modes_ahead(const Scan& s, int e, Tip& t)
 {
   const double *c = t.end, *d = t.d;
@@ -198,7 +197,7 @@ bool near_interface(const Scan& s, const double* x, double distance)
 
 namespace {
 
-// does the ball reach an outer face of the mesh?
+// does the ball reach the boundary of the mesh?
 bool at_surface(const Scan& s, int e)
 {
   bool found = false;
@@ -212,7 +211,7 @@ bool at_surface(const Scan& s, int e)
 
 }  // namespace
 
-// the tip of the crack in front of e, with its modes; false: e is beside it, or too little has cracked
+// the tip of the crack at e, with its modes; false: e is not ahead of it, or the crack is too short
 bool crack_tip(const Scan& s, int e, Tip& t)
 {
   double into[3];
@@ -220,21 +219,21 @@ bool crack_tip(const Scan& s, int e, Tip& t)
   t.elem = e;
   if (!crack_face(s, e, t.face, into)) return false;
   std::copy_n(t.face, 2, t.end);
-  if (!grown_along(s, e, t.face, radius, CRACK * s.fm.local[e], t.d)) return false;
+  if (!grown_along(s, e, t.face, radius, MIN_CRACK * s.fm.local[e], t.d)) return false;
   in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
-  // a ligament that is shorter than J and the stress ahead want
+  // the ligament is too short for J and the stress ahead
   if (!t.given && at_surface(s, e)) return false;
   modes_ahead(s, e, t);
-  // a kink is shorter than the ball: the direction of its half counts, if the crack is straighter by it
-  Tip near = t;
-  if (!grown_along(s, e, t.face, 0.5 * radius, 0.0, near.d)) return false;
-  modes_ahead(s, e, near);
-  near.straight = t.straight = t.d[0] * near.d[0] + t.d[1] * near.d[1] > STRAIGHT;
-  if (std::fabs(near.ratio) < std::fabs(t.ratio)) t = near;
-  return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD;
+  // a kink is shorter than the ball: use the direction in half of it, if K_II/K_I is smaller
+  Tip half = t;
+  if (!grown_along(s, e, t.face, 0.5 * radius, 0.0, half.d)) return false;
+  modes_ahead(s, e, half);
+  half.straight = t.straight = t.d[0] * half.d[0] + t.d[1] * half.d[1] > STRAIGHT_COS;
+  if (std::fabs(half.ratio) < std::fabs(t.ratio)) t = half;
+  return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD_COS;
 }
 
-// width of the slot that ends at t, in the part of the ball where q falls; of a notch whose sides open: 0
+// width of the slot that ends at t, where the weight q decreases; 0 for a notch with inclined sides
 double slot_width(const Scan& s, const Tip& t)
 {
   const int e    = t.elem;
@@ -245,17 +244,16 @@ double slot_width(const Scan& s, const Tip& t)
   for (const FreeFace& f : face) {
     const double x[2] = {f.mid[0] - t.end[0], f.mid[1] - t.end[1]};
     if (x[0] * t.d[0] + x[1] * t.d[1] > -h) continue;
-    const double part = f.area[1] * t.d[0] - f.area[0] * t.d[1];        // of the face along the slot
+    const double part = f.area[1] * t.d[0] - f.area[0] * t.d[1];        // of the face, along the slot
     opens += f.area[0] * t.d[0] + f.area[1] * t.d[1];
     size[part > 0.0] += std::fabs(part);
     side[part > 0.0] += std::fabs(part) * (x[1] * t.d[0] - x[0] * t.d[1]);
   }
-  if (size[0] == 0.0 || size[1] == 0.0 || std::fabs(opens) > OPENS * (size[0] + size[1])) return 0.0;
+  if (size[0] == 0.0 || size[1] == 0.0 || std::fabs(opens) > NOTCH_SLOPE * (size[0] + size[1])) return 0.0;
   return std::max(0.0, side[0] / size[0] - side[1] / size[1]);
 }
 
-// intact elements that a line of this length from x enters, until one that cannot break; false: there are
-// none
+// intact elements on a line of this length from x, up to an element that cannot break; false: none
 bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out)
 {
   const double step = 0.02 * s.fm.local[e];

@@ -10,7 +10,7 @@
 
 namespace {
 
-// faces of general contact of a state that was read, and what bonds say of them
+// are faces of general contact in a state that was read consistent with bonds?
 bool skin_fits(const Bonds& b)
 {
   const size_t q = b.nbond;
@@ -29,7 +29,7 @@ bool ends(const ListTable& t, size_t lists)
          static_cast<size_t>(t.off.back()) == t.item.size();
 }
 
-// corners and points of a level have what it says of them
+// have the arrays of a level the lengths of points and corners?
 bool level_fits(int dim, size_t npoint, size_t ncorner, const State& s)
 {
   return s.n.uc.size() == ncorner * dim && s.n.vc.size() == ncorner * dim &&
@@ -37,7 +37,7 @@ bool level_fits(int dim, size_t npoint, size_t ncorner, const State& s)
          s.laid.fits(ncorner * dim, static_cast<size_t>(s.bonds.nbond) * dim);
 }
 
-// lists of points that were read have the lengths that their counts say
+// have the arrays of points that were read the lengths of their counts?
 bool points_fit(int dim, const State& s)
 {
   const Points& p    = s.points;
@@ -48,7 +48,7 @@ bool points_fit(int dim, const State& s)
                        [=](int i) { return i >= 0 && static_cast<size_t>(i) < end; });
   };
   return p.part.point.size() == n && p.part.corner.size() == c && p.parent.size() == n &&
-         p.Xc.size() == c * dim && p.apart.size() == c && in(fr.released, n) &&
+         p.Xc.size() == c * dim && p.unshared_since.size() == c && in(fr.released, n) &&
          fr.released_at.size() == fr.released.size() && ends(fr.left, fr.released.size()) &&
          in(fr.left.item, c) && ends(p.conn, n) && p.kind.size() == n && p.sampled.size() == n &&
          p.V0.size() == n && p.label.size() == n && p.broken.size() == n && p.normal.size() == 3 * n &&
@@ -56,7 +56,7 @@ bool points_fit(int dim, const State& s)
          level_fits(dim, n, c, s);
 }
 
-// lists of a state that was read have the lengths that its counts say
+// have the arrays of a state that was read the lengths of its counts?
 bool lengths_fit(int dim, const State& s)
 {
   const Bonds& b = s.bonds;
@@ -74,8 +74,8 @@ bool lengths_fit(int dim, const State& s)
          s.n.lambda.size() == q * dim && s.n.lambda_n.size() == q;
 }
 
-// released points, as those that the conversions will make; first: number of points at the start. False:
-// their corners do not fit
+// renumbers released points as by the conversions to come; first: number of points at the start. False: their
+// corners do not fit
 bool take_released(const Points& known, int first, Fracture& fr)
 {
   std::map<int, int> here, count;        // of an element: its first point here, its points
@@ -94,9 +94,9 @@ bool take_released(const Points& known, int first, Fracture& fr)
   return true;
 }
 
-// numbers of points or corners become where they are
+// local indices of numbers of points or corners
 template <class Here>
-IntVec places(IntVec number, Here here)
+IntVec indices_here(IntVec number, Here here)
 {
   for (int& n : number) n = here(n);
   return number;
@@ -104,8 +104,8 @@ IntVec places(IntVec number, Here here)
 
 bool found(const IntVec& list) { return std::find(list.begin(), list.end(), -1) == list.end(); }
 
-// Which of known the points are that are here, and the corners that they were released with
-//   inout point, corner   those that are there at the start
+// finds the points of this rank in known, and the corners of released points
+//   inout point, corner   at input those from the start
 bool find_points(const Points& known, const Fracture& fr, const Points& here, IntVec& point, IntVec& corner)
 {
   point.resize(here.npoint, -1);
@@ -120,7 +120,7 @@ bool find_points(const Points& known, const Fracture& fr, const Points& here, In
   return found(corner);
 }
 
-// what points and corners of known have that a conversion does not give: place of each that is here
+// copies the data of points and corners that a conversion does not give; point, corner: index in known
 void take_points(int dim, const Points& known, const IntVec& point, const IntVec& corner, State& st)
 {
   Points& here = st.points;
@@ -131,8 +131,8 @@ void take_points(int dim, const Points& known, const IntVec& point, const IntVec
   here.V0     = picked(point, 1, known.V0);
   here.normal = picked(point, 3, known.normal);
   here.hangs  = picked(corner, 1, known.hangs);
-  here.apart  = picked(corner, 1, known.apart);
-  here.Xc     = picked(corner, dim, known.Xc);       // released points have shapes of their own        (7.34)
+  here.unshared_since = picked(corner, 1, known.unshared_since);
+  here.Xc     = picked(corner, dim, known.Xc);       // released points have other shapes               (7.34)
   here.part.window  = true;
   here.part.npoint  = known.part.npoint;
   here.part.ncorner = known.part.ncorner;
@@ -145,29 +145,28 @@ void take_points(int dim, const Points& known, const IntVec& point, const IntVec
   if (!st.laid.uc.empty()) st.laid.uc = picked(corner, dim, st.laid.uc);
 }
 
-// Arrays that later conversions add to, with room for some: what a division makes has none, or half as much
-// again
+// reserves memory for later conversions: arrays made by a division have none, or half as much again
 void fit_points(State& st)
 {
   Points& p = st.points;
   for (RealVec* x : {&p.Xc, &p.V0, &p.mass, &p.normal, &p.hang_w, &st.n.uc, &st.n.vc, &st.n.hp}) fit_room(*x);
   for (IntVec* x : {&p.shape, &p.conn.off, &p.conn.item, &p.kind, &p.sampled, &p.body, &p.label, &p.parent,
                     &p.next, &p.broken, &p.released, &p.field, &p.first_copy, &p.hang.off, &p.hang.item,
-                    &p.hangs, &p.apart, &p.part.point, &p.part.corner})
+                    &p.hangs, &p.unshared_since, &p.part.point, &p.part.corner})
     fit_room(*x);
 }
 
-// faces of general contact that are here; place [b.skin]: where they are then, FACE_ELSEWHERE: not here
-void take_skin(const Points& here, Bonds& b, IntVec& place)
+// keeps the faces of general contact of this rank; index [b.skin]: new index, FACE_ELSEWHERE: not here
+void take_skin(const Points& here, Bonds& b, IntVec& index)
 {
   std::vector<SkinFace> skin;
   RealVec penalty;
-  place.assign(b.contact.skin.size(), FACE_ELSEWHERE);
+  index.assign(b.contact.skin.size(), FACE_ELSEWHERE);
   for (size_t i = 0; i < b.contact.skin.size(); ++i) {
     SkinFace f = b.contact.skin[i];
     if (f.points) f.elem = here.point_here(f.elem);
     if (f.elem < 0) continue;
-    place[i] = static_cast<int>(skin.size());
+    index[i] = static_cast<int>(skin.size());
     skin.push_back(f);
     penalty.push_back(b.contact.skin_penalty[i]);
   }
@@ -175,7 +174,7 @@ void take_skin(const Points& here, Bonds& b, IntVec& place)
   b.contact.skin_penalty.swap(penalty);
 }
 
-// numbers of corners of all ranks among what bonds tie, behind the nodes, become corners that are here, or -1
+// converts numbers of corners of all ranks at side A, after the nodes, to local corners, or -1
 void take_corners(int nnode, const IntVec& number, IntVec& side)
 {
   IntVec order(number.size());
@@ -189,8 +188,8 @@ void take_corners(int nnode, const IntVec& number, IntVec& side)
   }
 }
 
-// bonds whose nodes and corners are all here, of general contact in a window those on faces of this rank, of
-// others those that bond_form and bond_rebuild make
+// keeps the bonds whose nodes and corners are all here: of general contact in a window those on faces of this
+// rank, others as by bond_form and bond_rebuild
 void take_bonds(const Model& m, State& st)
 {
   const int dim = m.dim;
@@ -256,10 +255,10 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   std::swap(known, st.points);
   const auto of_point  = [&](int number) { return known.point_here(number); };
   const auto of_corner = [&](int number) { return known.corner_here(number); };
-  IntVec &first = known.of_elem, point = places(begin.part.point, of_point),
-         corner = places(begin.part.corner, of_corner);
+  IntVec &first = known.of_elem, point = indices_here(begin.part.point, of_point),
+         corner = indices_here(begin.part.corner, of_corner);
   if (first.size() != static_cast<size_t>(m.mesh.nelem()) || !found(point) || !found(corner)) return false;
-  first = places(first, of_point);
+  first = indices_here(first, of_point);
   for (int e : fr.converted)
     if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0 || first[e] < 0) return false;
   if (!take_released(known, begin.npoint, fr)) return false;

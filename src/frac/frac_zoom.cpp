@@ -9,17 +9,17 @@
 #include "shape/shape.h"
 
 // A sharp crack in a square of small cells around the tip, with the displacements of the mesh on its border.
-// x along the crack, the tip at 0; the material is that of the mesh.                                (7.38)
+// x along the crack, the tip at 0; materials of the mesh.                                           (7.38)
 
 namespace {
 
-// sizes of the cells from the tip outwards, in sizes of an element. 3.3 more sizes change K4 by 1 %
+// sizes of the cells from the tip outwards, in element sizes. 3.3 more sizes change K4 by 1 %
 const int FINE_CELLS = 8, SIDE = 26, NODES = SIDE + 1;
 const double FINE_SIZE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
-const int ELEMENT = 4;         // cells in the size of an element
+const int CELLS_PER_ELEMENT = 4;         // fine cells in the size of an element
 const int TIP     = SIDE / 2;  // column of the tip, row of the crack
-// in sizes of an element: what is cracked and lies so far from the line of the crack is void
-const double SLOT = 0.75;
+// in element sizes: cracked elements further from the line of the crack are void
+const double SLOT_DISTANCE = 0.75;
 
 struct SmallCell {
   double lam[4] = {0, 0, 0, 0}, mu[4] = {0, 0, 0, 0};    // at the Gauss points, times thickness; 0: void
@@ -29,9 +29,9 @@ struct SmallCell {
 struct Square {
   double at[NODES];            // of the lines of the grid
   std::vector<SmallCell> cell;      // [SIDE*SIDE]
-  // [NODES*NODES]; the upper nodes of the crack stand after them where they are counted
+  // [NODES*NODES]; in the system followed by the upper nodes of the crack
   std::vector<std::array<double, 2>> given;          // displacement on the border
-  std::vector<char> held;
+  std::vector<char> fixed;
 };
 
 int node_at(int column, int row) { return row * NODES + column; }
@@ -54,15 +54,15 @@ Square empty_square(double h)
 
 // ---- stiffness and energy
 
-const double GAUSS = 0.57735026918962576;
-const double PLACE[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {-GAUSS, GAUSS}, {GAUSS, GAUSS}};
+const double XI = 0.57735026918962576;
+const double GAUSS[4][2] = {{-XI, -XI}, {XI, -XI}, {-XI, XI}, {XI, XI}};
 
 // stiffness of a cell of a x b                [8*8]
 void cell_stiffness(const SmallCell& c, double a, double b, double K[8][8])
 {
   std::fill_n(K[0], 64, 0.0);
   for (int g = 0; g < 4; ++g) {
-    const double x = PLACE[g][0], y = PLACE[g][1], p = 0.5 / a, q = 0.5 / b, w = 0.25 * a * b;
+    const double x = GAUSS[g][0], y = GAUSS[g][1], p = 0.5 / a, q = 0.5 / b, w = 0.25 * a * b;
     const double dN[4][2] = {{p * (y - 1), q * (x - 1)}, {p * (1 - y), q * (-1 - x)},
                              {p * (1 + y), q * (1 + x)}, {p * (-1 - y), q * (1 - x)}};
     for (int m = 0; m < 4; ++m)
@@ -76,7 +76,7 @@ void cell_stiffness(const SmallCell& c, double a, double b, double K[8][8])
   }
 }
 
-// nodes of a cell when the crack is open up to a column; those above it are the second ones there
+// nodes of a cell with the crack open up to a column; above the crack the upper nodes
 void cell_nodes(int column, int row, int open, int node[4])
 {
   node[0] = node_at(column, row);
@@ -101,7 +101,7 @@ double energy_open(const Square& q, int open)
   IntVec eqn(total, -1);
   int neq = 0;
   for (int n = 0; n < total; ++n)
-    if (used[n] && (n >= NODES * NODES || !q.held[n])) eqn[n] = 2 * neq++;
+    if (used[n] && (n >= NODES * NODES || !q.fixed[n])) eqn[n] = 2 * neq++;
   std::vector<Eigen::Triplet<double>> entry;
   Eigen::VectorXd load = Eigen::VectorXd::Zero(2 * neq);
   double fixed = 0.0;          // energy of the given displacements alone
@@ -127,19 +127,19 @@ double energy_open(const Square& q, int open)
   return fixed - 0.5 * load.dot(factor.solve(load));
 }
 
-// energy per length of the crack that goes on between two columns, from the tip
+// energy release per length of the crack between two columns, counted from the tip
 double release(const Square& q, int from, int to)
 {
   return (energy_open(q, TIP + from) - energy_open(q, TIP + to)) /
          (q.at[TIP + to] - q.at[TIP + from]);
 }
 
-// ---- what stands in the square
+// ---- contents of the square
 
-// the square in the mesh: tip, axis along the crack, normal of the crack; in space it is square to the front
+// the square in the mesh: tip, axis along the crack, normal of the crack; in 3D perpendicular to the front
 struct CrackAxes {
   const double *tip, *d, *n;
-  void place(double along, double across, double* x) const
+  void position(double along, double across, double* x) const
   {
     for (int i = 0; i < 3; ++i) x[i] = tip[i] + along * d[i] + across * n[i];
   }
@@ -155,16 +155,16 @@ struct CrackAxes {
   }
 };
 
-// the element in which a place lies, of what is cracked along the line the one beside it; -1: void
+// the element at a position, for cracked elements along the line their neighbour across it; -1: void
 int element_of(const Scan& s, const CrackAxes& f, double along, double across, double h)
 {
   double x[3];
-  f.place(along, across, x);
+  f.position(along, across, x);
   int o = element_at(s, x, 1.5 * h);
   const double side = across < 0.0 ? -1.0 : 1.0;
   for (double way : {side, -side}) {
-    if (o < 0 || !s.cracked(o) || std::fabs(across) > SLOT * h) break;
-    f.place(along, across + way * h, x);
+    if (o < 0 || !s.cracked(o) || std::fabs(across) > SLOT_DISTANCE * h) break;
+    f.position(along, across + way * h, x);
     const int next = element_at(s, x, 1.5 * h);
     if (next >= 0 && s.intact(next)) o = next;
   }
@@ -179,7 +179,7 @@ void fill_cells(const Scan& s, const CrackAxes& f, double h, Square& q)
   for (int k = 0; k < SIDE * SIDE; ++k)
     for (int g = 0; g < 4; ++g) {
       SmallCell& c = q.cell[k];
-      const int o = element_of(s, f, middle(k % SIDE, PLACE[g][0]), middle(k / SIDE, PLACE[g][1]), h);
+      const int o = element_of(s, f, middle(k % SIDE, GAUSS[g][0]), middle(k / SIDE, GAUSS[g][1]), h);
       if (o < 0) continue;
       c.lam[g] = s.law(o).lam * s.fm.thickness[o];
       c.mu[g]  = s.law(o).mu * s.fm.thickness[o];
@@ -187,12 +187,12 @@ void fill_cells(const Scan& s, const CrackAxes& f, double h, Square& q)
     }
 }
 
-// displacement of the mesh at x [dim]; false: nothing intact is there
+// displacement of the mesh at x [dim]; false: no intact element there
 bool displacement_at(const Scan& s, const double* x, double h, double* u)
 {
   bool found = false;
   const int dim = s.m.dim;
-  frac_near(s.fm, x, 1.5 * h, [&](int o, double) {
+  frac_in_ball(s.fm, x, 1.5 * h, [&](int o, double) {
     if (found || !s.intact(o)) return;
     const Shape shape = s.el.block[s.el.initial_block[o]].shape;
     const int nen = shape_info[shape].nen, *node = s.m.mesh.conn.begin(o);
@@ -209,13 +209,13 @@ bool displacement_at(const Scan& s, const double* x, double h, double* u)
   return found;
 }
 
-// turns displacements back by the mean rotation of the border
-void turn_back(Square& q)
+// removes the mean rotation of the border from the displacements
+void rotate_back(Square& q)
 {
   double turn = 0.0, size = 0.0, mean[2] = {0, 0}, n = 0.0;
   const auto each = [&](auto use) {
     for (int k = 0; k < NODES * NODES; ++k)
-      if (q.held[k]) use(q.at[k % NODES], q.at[k / NODES], q.given[k]);
+      if (q.fixed[k]) use(q.at[k % NODES], q.at[k / NODES], q.given[k]);
   };
   each([&](double, double, std::array<double, 2>& u) {
     for (int i = 0; i < 2; ++i) mean[i] += u[i];
@@ -233,16 +233,16 @@ void turn_back(Square& q)
   });
 }
 
-void hold_border(const Scan& s, const CrackAxes& f, double h, Square& q)
+void fix_border(const Scan& s, const CrackAxes& f, double h, Square& q)
 {
   for (int k = 0; k < NODES * NODES; ++k) {
     if (!on_border(k % NODES, k / NODES)) continue;
     double x[3], u[3];
-    f.place(q.at[k % NODES], q.at[k / NODES], x);
-    q.held[k] = displacement_at(s, x, h, u);
-    if (q.held[k]) q.given[k] = f.components(u, s.m.dim);
+    f.position(q.at[k % NODES], q.at[k / NODES], x);
+    q.fixed[k] = displacement_at(s, x, h, u);
+    if (q.fixed[k]) q.given[k] = f.components(u, s.m.dim);
   }
-  turn_back(q);
+  rotate_back(q);
 }
 
 // the same with the material of e in all cells
@@ -265,9 +265,9 @@ double sharp_release(const Scan& s, int e, const double* tip, const double* d, c
   const CrackAxes f = {tip, d, n};
   Square q = empty_square(h);
   fill_cells(s, f, h, q);
-  hold_border(s, f, h, q);
+  fix_border(s, f, h, q);
   const Square u = one_material(s, e, q);
-  // held as it is, the border does not follow the crack: by as much less it releases in one material
-  const double held = release(u, 0, ELEMENT) / release(u, -1, 2);
-  return release(q, 0, ELEMENT) / (held * s.fm.thickness[e]);
+  // a fixed border does not follow the crack: corrected by the ratio of energy releases in one material
+  const double correction = release(u, 0, CELLS_PER_ELEMENT) / release(u, -1, 2);
+  return release(q, 0, CELLS_PER_ELEMENT) / (correction * s.fm.thickness[e]);
 }

@@ -11,8 +11,8 @@
 
 namespace {
 
-// the element behind a face, -1: none
-int behind(const Mesh& mesh, const ListTable& of_node, int e, int f)
+// the adjacent element at a face, -1: none
+int adjacent(const Mesh& mesh, const ListTable& of_node, int e, int f)
 {
   const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[e]].shape];
   const int *node = mesh.conn.begin(e), first = node[info.face[f][0]];
@@ -32,14 +32,14 @@ std::vector<FreeFace> all_free_faces(const Mesh& mesh, const ListTable& of_node,
   for (int e = 0; e < mesh.nelem(); ++e) {
     if (removed[e] || mesh.elem_section[e] < 0) continue;
     for (int f = 0; f < shape_info[elem_table[mesh.elem_type[e]].shape].nface; ++f) {
-      const int o = behind(mesh, of_node, e, f);
+      const int o = adjacent(mesh, of_node, e, f);
       if (o < 0 || removed[o]) out.push_back(free_face(mesh, e, f, o >= 0));
     }
   }
   return out;
 }
 
-// faces that common nodes join get one number
+// numbers the parts of faces connected by nodes
 void join_faces(const std::vector<FreeFace>& face, IntVec& part)
 {
   std::vector<std::pair<int, int>> at;               // node, face
@@ -53,7 +53,7 @@ void join_faces(const std::vector<FreeFace>& face, IntVec& part)
   for (size_t i = 0; i < face.size(); ++i) part.push_back(parts.root(static_cast<int>(i)));
 }
 
-// parts that lead out of the ball: a node (an edge in space) of theirs belongs to one face of the ball only
+// parts that extend out of the ball: with a node (3D: an edge) of a single face of the ball
 std::vector<char> open_parts(const std::vector<FreeFace>& face, const IntVec& part)
 {
   std::vector<std::array<int, 3>> end;               // nodes, part
@@ -111,18 +111,18 @@ FreeFace free_face(const Mesh& mesh, int e, int f, bool removed)
   return g;
 }
 
-bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed)
+bool facing(const FreeFace& a, const FreeFace& b, double h, bool opposed)
 {
   double cosine = 0.0, dot = 0.0, before_a = 0.0, before_b = 0.0;
   for (int k = 0; k < 3; ++k) dot += a.area[k] * b.area[k];
-  if (opposed && dot > -0.49 * a.size * b.size) return false;      // most of them
+  if (opposed && dot > -0.49 * a.size * b.size) return false;      // most pairs
   for (int k = 0; k < 3; ++k) cosine += a.area[k] * b.area[k] / (a.size * b.size);
   if (opposed && cosine > -0.5) return false;
   for (int k = 0; k < 3; ++k) {
     before_a += (b.mid[k] - a.mid[k]) * a.area[k] / a.size;
     before_b += (a.mid[k] - b.mid[k]) * b.area[k] / b.size;
   }
-  const double least = (cosine > -0.5 ? 1e-6 : -1e-6) * h;       // the faces of a slit may lie on each other
+  const double least = (cosine > -0.5 ? 1e-6 : -1e-6) * h;       // the faces of a slit may coincide
   return before_a >= least && before_b >= least;
 }
 
@@ -133,7 +133,7 @@ bool notch_among(const std::vector<FreeFace>& face, double h)
   const std::vector<char> open = open_parts(face, part);
   for (size_t i = 0; i < face.size(); ++i)
     for (size_t j = 0; j < i; ++j)
-      if (part[i] == part[j] && open[part[i]] && look_at(face[i], face[j], h, true)) return true;
+      if (part[i] == part[j] && open[part[i]] && facing(face[i], face[j], h, true)) return true;
   return false;
 }
 
@@ -149,7 +149,7 @@ IntVec hollow_elements(const Mesh& mesh, const ListTable& of_node, const IntVec&
     for (int i = at.off[n]; i < at.off[n + 1]; ++i)
       for (int j = at.off[n]; j < i; ++j) {
         const FreeFace &a = face[at.item[i]], &b = face[at.item[j]];
-        if (!look_at(a, b, a.n == 2 ? a.size : std::sqrt(a.size), false)) continue;
+        if (!facing(a, b, a.n == 2 ? a.size : std::sqrt(a.size), false)) continue;
         out.push_back(a.elem);
         out.push_back(b.elem);
       }

@@ -28,7 +28,7 @@ void six(const Mat3& M, double* a)
   a[5] = 0.5 * (M(2, 0) + M(0, 2));
 }
 
-// l of the Cholesky factor I + l of I + 2 E, written so that small strains lose no digits
+// l of the Cholesky factor I + l of I + 2 E, without cancellation at small strains
 bool cholesky(const double* E, Mat3& l)
 {
   const auto root = [](double x) { return x / (1.0 + std::sqrt(1.0 + x)); };

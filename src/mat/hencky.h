@@ -1,9 +1,9 @@
 // ---------------------------------------------------------------------------
-// hencky.h : laws in logarithmic elastic strains, F = Fe Fp with plastic flow that keeps the volume
+// hencky.h : laws in logarithmic elastic strains, F = Fe Fp with isochoric plastic flow
 // (doc/theory.md (2.24) - (2.28)). Private to the files of mat/
 //
-// Such a law depends on F through C alone: any L^T with L L^T = C takes the place of F, and the principal
-// axes of be = L^T Cp^-1 L are those of the stress.
+// Such a law depends on F through C only: F is replaced by any L^T with L L^T = C, and the stress has the
+// principal axes of be = L^T Cp^-1 L.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MAT_HENCKY_H
 #define MPFE_MAT_HENCKY_H
@@ -19,8 +19,8 @@ struct HenckyTrial {
   bool finite = true;          // false: small strains (2.29), x = 2 e, L = I, L^T L - I = 2 E
 };
 
-// history of laws that flow: Cp^-1 - I of the plastic part of the deformation [6], without NLGEOM -2 ep;
-// equivalent plastic strain
+// history of plastic laws: Cp^-1 - I of the plastic deformation [6], without NLGEOM -2 ep; equivalent plastic
+// strain
 enum { FLOW_DEFORMATION = 0, FLOW_EQUIVALENT = 6 };
 
 // hencky_trial : elastic strains without further flow. false: 2E + I is not positive definite
@@ -39,19 +39,19 @@ inline Eigen::Vector3d hencky_deviator(const MatLaw& law, const HenckyTrial& t, 
 // hencky_stress : S of the principal Kirchhoff stresses tau                               [6]
 void hencky_stress(const HenckyTrial& t, const Eigen::Vector3d& tau, double* S);
 
-// hencky_flow : history after the elastic strains have become e
+// hencky_flow : history for the elastic strains e after the return
 void hencky_flow(const HenckyTrial& t, const Eigen::Vector3d& e, double* h_np1);
 
-// Derivative of the returned stress to the elastic strain of the trial, s its deviator:
+// Derivative of the returned stress with respect to the elastic trial strain, s: trial deviator:
 //   bulk 1 1 + dev (I - 1 1/3) + flow s s + mixed (s 1 + 1 s)                        (2.27), (2.31)
 struct Moduli { double bulk, dev, flow, mixed = 0.0; };
 
-// derivatives of the principal stresses to the principal strains; s: principal deviator of the trial
+// derivatives of the principal stresses with respect to the principal strains; s: principal trial deviator
 Eigen::Matrix3d principal_moduli(const Moduli& c, const Eigen::Vector3d& s);
 
 // hencky_tangent : D of the principal stresses tau and their derivatives c                   (2.28) [36]
 void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Matrix3d& c, double* D);
-// ... of s, the principal deviator of the trial
+// ... from the moduli and s, the principal trial deviator
 void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Vector3d& s,
                     const Moduli& c, double* D);
 
@@ -61,21 +61,21 @@ struct SmallTrial {
 };
 SmallTrial small_trial(const MatLaw& law, const double* E, const double* h_n);
 
-// small_flow : history after the plastic strain has grown by w s
+// small_flow : history after the plastic strain increment w s
 void small_flow(const SmallTrial& t, double w, const double* h_n, double* h_np1);
 
 void small_tangent(const SmallTrial& t, const Moduli& c, double* D);
 
 // ---- the cone of Drucker and Prager in principal strains                          (2.37) - (2.40)
 struct ConeState {
-  Eigen::Vector3d tau, e;      // stress; elastic strain that is left of the trial
+  Eigen::Vector3d tau, e;      // stress; elastic strain after the return
   double psi, dissipated;      // / volume                                                 force/length^2
-  double equivalent;           // plastic strain
+  double equivalent;           // equivalent plastic strain
   bool flows;
-  Eigen::Matrix3d c;           // derivative of tau to the trial
+  Eigen::Matrix3d c;           // derivative of tau with respect to the trial strain
 };
 
-// cone_state : the stress at the trial strains e after the equivalent plastic strain a
+// cone_state : return of the trial strains e, with the equivalent plastic strain a at t(n)
 ConeState cone_state(const MatLaw& law, const Eigen::Vector3d& e, double a);
 
 #endif

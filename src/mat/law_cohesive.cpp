@@ -1,14 +1,14 @@
 // ---------------------------------------------------------------------------
-// law_cohesive.cpp : a crack that opens against a cohesion, smeared over the element  (doc/theory.md 2.5)
+// law_cohesive.cpp : cohesive crack, smeared over the element                         (doc/theory.md 2.5)
 //
 // The largest principal stress opens it: E = Ee + w/b N N, N the axis of that stress, b the width of the
-// element along N when it began to open. The intact law of Ee gives S, and the stress along N is that of the
-// crack,
+// element along N when it began to open. S follows from Ee by the intact law, and the stress along N equals
+// the traction of the crack,
 //
 //   t = f(k)/k w,  k = the largest opening so far,  f(0) = strength,  integral of f = toughness   (2.33)
 //
-// What presses closes it. N stays an axis of strain and stress, so that w makes the energy
-// psi(Ee) + [t w/2 + what is dissipated]/b least, whose derivative the stress is.
+// Compression closes it. N is an axis of strain and stress, so that w minimises the energy
+// psi(Ee) + [t w/2 + dissipated]/b, whose derivative is the stress.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ namespace {
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
-// the straight part of a softening curve from (k0, f0) to (k1, f1); work: up to k0
+// linear part of a softening curve from (k0, f0) to (k1, f1); work: integral of f up to k0
 Cohesion straight(double k, double k0, double f0, double k1, double f1, double work)
 {
   const double slope = (f1 - f0) / (k1 - k0), f = f0 + slope * (k - k0);
@@ -34,8 +34,8 @@ Cohesion straight(double k, double k0, double f0, double k1, double f1, double w
 struct Opening {
   Vec3 N, B;                   // normal, another axis of strain and stress
   double width;
-  double t;                    // stress along N without it
-  double beside;               // stiffness of the material beside it               force/length^3
+  double t;                    // stress along N without the crack
+  double beside;               // stiffness of the adjacent material                force/length^3
   double w = 0.0, k = 0.0;     // opening, the largest so far
   double s = 0.0;              // t/w
   double flexible = 0.0;       // dw/dt
@@ -48,7 +48,7 @@ Mat3 full_of(const double* S)
   return m;
 }
 
-// the largest principal stress, its direction and another axis; in the plane those of the plane
+// the largest principal stress, its direction and another axis; in 2D: in the plane
 void find_axes(const CrackLaw& c, const double* S, Opening& o)
 {
   if (c.dim == 2) {
@@ -65,7 +65,7 @@ void find_axes(const CrackLaw& c, const double* S, Opening& o)
   o.B = (eigen.eigenvectors().col(1) - o.N.dot(eigen.eigenvectors().col(1)) * o.N).normalized();
 }
 
-// the opening that grows from k: beside k + f(k) = t
+// the opening in loading, larger than k: beside w + f(w) = t
 double grown(const CrackLaw& c, const Opening& o, double k)
 {
   return opening_root(k, k, o.t / o.beside, [&](double x, double* slope) {
@@ -83,7 +83,7 @@ void open(const CrackLaw& c, double k, Opening& o)
   o.flexible = o.t > 0.0 && k > 0.0 ? 1.0 / (o.beside + o.s) : 0.0;
   o.w        = o.flexible * o.t;
   if (k > 0.0 ? o.w <= k : o.t <= crack_strength(c)) {
-    if (c.tangent == CRACK_ONWARD && k > 0.0 && o.w >= (1.0 - AT_LARGEST) * k)
+    if (c.tangent == CRACK_ONWARD && k > 0.0 && o.w >= (1.0 - OPENING_TOL) * k)
       o.flexible = 1.0 / (o.beside + cohesion(c, k).slope);
     return;
   }
@@ -92,13 +92,13 @@ void open(const CrackLaw& c, double k, Opening& o)
   o.flexible = 1.0 / (o.beside + cohesion(c, o.k).slope);
 }
 
-// energy / volume of the strain without an opening, less what is stored
-double stored_less(const Opening& o) { return (o.t - 0.5 * (o.beside + o.s) * o.w) * o.w / o.width; }
+// energy / volume of the strain without a crack, minus the stored energy
+double released_energy(const Opening& o) { return (o.t - 0.5 * (o.beside + o.s) * o.w) * o.w / o.width; }
 
 // stress of a unit strain sym(N a): C : sym(N a)                                        [6]
 void stress_of(const MatLaw& law, const Vec3& N, const Vec3& a, double* S)
 {
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   const double trace = N.dot(a);
   for (int i = 0; i < 6; ++i)
     S[i] = (i < 3 ? law.lam3 * trace : 0.0) +
@@ -106,7 +106,7 @@ void stress_of(const MatLaw& law, const Vec3& N, const Vec3& a, double* S)
 }
 
 // D -= share S S^T, S of the strain sym(N a)
-void take_out(const MatLaw& law, const Vec3& N, const Vec3& a, double share, double* D)
+void subtract_dyad(const MatLaw& law, const Vec3& N, const Vec3& a, double share, double* D)
 {
   double S[6];
   stress_of(law, N, a, S);
@@ -114,21 +114,21 @@ void take_out(const MatLaw& law, const Vec3& N, const Vec3& a, double share, dou
     for (int j = 0; j < 6; ++j) D[6 * i + j] -= share * S[i] * S[j];
 }
 
-// A stiffness that is never less than that of the energy, which so falls from step to step: with the normal
-// as it is, t/w along it, and the shear of the intact law                                (2.36)
+// Secant stiffness, an upper bound of that of the energy, which therefore decreases in every iteration: fixed
+// normal, t/w along it, and the shear of the intact law                                  (2.36)
 void soften_secant(const MatLaw& law, const Opening& o, double* D)
 {
-  if (o.w > 0.0) take_out(law, o.N, o.N, 1.0 / ((o.beside + o.s) * o.width), D);
+  if (o.w > 0.0) subtract_dyad(law, o.N, o.N, 1.0 / ((o.beside + o.s) * o.width), D);
 }
 
-// D of the crack from that of the intact law: along N it gives way; in the shear of N and another axis the
-// stress turns with the strain: dS/dE = (S_N - S_a)/(E_N - E_a)                          (2.35)
+// D of the crack from the intact D: softening along N; in the shear of N and another axis the stress rotates
+// with the strain: dS/dE = (S_N - S_a)/(E_N - E_a)                                       (2.35)
 void soften(const MatLaw& law, const Opening& o, const Mat3& E, const Mat3& S, double* D)
 {
-  take_out(law, o.N, o.N, o.flexible / o.width, D);
+  subtract_dyad(law, o.N, o.N, o.flexible / o.width, D);
   for (const Vec3& a : {o.B, Vec3(o.N.cross(o.B))}) {
     const double dE = o.N.dot(E * o.N) - a.dot(E * a), dS = o.N.dot(S * o.N) - a.dot(S * a);
-    if (dE > 0.0) take_out(law, o.N, a, (law.mu - 0.5 * dS / dE) / (law.mu * law.mu), D);
+    if (dE > 0.0) subtract_dyad(law, o.N, a, (law.mu - 0.5 * dS / dE) / (law.mu * law.mu), D);
   }
 }
 
@@ -170,7 +170,7 @@ double crack_width(const CrackLaw& c, const double* N)
   double lo = 0.0, hi = 0.0;
   for (int a = 0; a < c.nodes; ++a) {
     double at = 0.0;
-    for (int i = 0; i < c.dim; ++i) at += N[i] * c.place[a * c.dim + i];
+    for (int i = 0; i < c.dim; ++i) at += N[i] * c.X[a * c.dim + i];
     lo = a == 0 ? at : std::min(lo, at);
     hi = a == 0 ? at : std::max(hi, at);
   }
@@ -217,23 +217,24 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   double R[6];
   stress_of(law, o.N, o.w / o.width * o.N, R);
   for (int i = 0; i < 6; ++i) out.S[i] -= part * R[i];
-  double released = stored_less(o);
+  double released = released_energy(o);
   out.dissipated  = (dissipated_to(c, o.k) - dissipated_to(c, h_n[CRACK_OPENING])) / o.width;
   for (int i = 0; i < 3; ++i) h_np1[CRACK_NORMAL + i] = o.N[i];
   h_np1[CRACK_WIDTH]   = o.width;
   h_np1[CRACK_OPENING] = o.k;
-  if (o.t > 0.0 && o.k < SETTLES * crack_open(c)) {    // the width of the next increment; the energy goes on
+  if (o.t > 0.0 && o.k < SETTLED * crack_open(c)) {
+    // the width of the next increment; the change of energy is dissipated
     Opening next = o;
     h_np1[CRACK_WIDTH] = next.width = crack_width(c, o.N.data());
     next.beside = (law.lam3 + 2.0 * law.mu) / next.width;
     open(c, o.k, next);
-    out.dissipated += stored_less(next) - released;
-    released = stored_less(next);
+    out.dissipated += released_energy(next) - released;
+    released = released_energy(next);
   }
   out.psi -= part * released;
   out.dissipated *= part;
   if (!tangent) return true;
-  double S[6];                                         // of the crack alone: part 1
+  double S[6];                                         // of the crack alone, without law.c
   for (int i = 0; i < 6; ++i) S[i] = intact.S[i] - R[i];
   if (c.tangent == CRACK_SECANT) soften_secant(law, o, out.D);
   else soften(law, o, full_of(E), full_of(S), out.D);

@@ -1,13 +1,13 @@
 // ---------------------------------------------------------------------------
-// law_cohesive_flow.cpp : a crack that opens against a cohesion in material that flows  (doc/theory.md 2.6)
+// law_cohesive_flow.cpp : cohesive crack in plastic material                            (doc/theory.md 2.6)
 //
-// law_cohesive.cpp with the cone of law_drucker_prager.cpp as the law of what is beside the crack. All of it
-// is in the principal elastic strains e of the trial, one of which the opening w reduces:
+// law_cohesive.cpp with the cone of law_drucker_prager.cpp as the law of the adjacent material, in the
+// principal elastic trial strains e, one of which the opening w reduces:
 //
 //   tau = cone(e - w/b N),  tau_N = f(k)/k w                                                         (2.41)
 //
-// What presses flows, what pulls opens. STIFFNESS is a part of the elastic stiffness that stays across the
-// crack.
+// Compression causes flow, tension opens the crack. STIFFNESS is the residual fraction of the elastic
+// stiffness across the crack.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -21,13 +21,13 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
 enum { CRACK = FLOW_EQUIVALENT + 1, FLOW_WORK = CRACK + CRACK_OPENING + 1 };     // history, after the flow
-// of the elastic stiffness: what gives way at least, where material that flows lets its crack snap
-const double STIFF = 1e-3;
+// of the elastic stiffness: lower bound where flow of the material makes the crack snap back
+const double MIN_STIFFNESS = 1e-3;
 
-// The crack and what is beside it, at one strain
+// The crack and the adjacent material, at one strain
 struct Opened {
   ConeState beside;
-  double width = 0.0;          // across the crack
+  double width = 0.0;          // of the band
   double w = 0.0, k = 0.0;     // opening, the largest so far
   double s = 0.0;              // traction over w
   double flexible = 0.0;       // dw/dt
@@ -39,7 +39,7 @@ struct Closed {
   const MatLaw& law;
   Vec3 e;                      // trial
   double a;                    // equivalent plastic strain
-  int axis;                    // the one that opens
+  int axis;                    // of the opening
   double width;
 
   double elastic() const { return (law.lam3 + 2.0 * law.mu) / width; }
@@ -50,12 +50,12 @@ struct Closed {
     if (w != 0.0) x(axis) -= w / width;
     return cone_state(law, x, a);
   }
-  // traction across a crack that grows to w, and over w when it has been open to k: force/length^2, /length
+  // traction in loading to w; secant stiffness of unloading from k: force/length^2, /length
   double traction(double w) const { return cohesion(law.crack, w).f + left() * w; }
   double secant(double k) const { return cohesion(law.crack, k).f / k + left(); }
 };
 
-// w where the stress beside the crack is the traction across it; it grows beyond k, or is below
+// w at equilibrium of stress and traction; grows: beyond k, else below
 double opening(const Closed& c, double k, bool grows)
 {
   const auto excess = [&](double w, double* slope) {
@@ -70,7 +70,7 @@ double opening(const Closed& c, double k, bool grows)
   return opening_root(lo, lo, hi, excess);
 }
 
-// (2.41) of a crack whose largest opening so far is k
+// (2.41) of a crack with the largest opening k so far
 Opened open(const Closed& c, double k)
 {
   Opened o;
@@ -82,16 +82,16 @@ Opened open(const Closed& c, double k)
   o.w      = opening(c, k, grows);
   o.k      = std::max(k, o.w);
   o.beside = c.at(o.w);
-  const bool onward = c.law.crack.tangent == CRACK_ONWARD && o.w >= (1.0 - AT_LARGEST) * o.k;
+  const bool onward = c.law.crack.tangent == CRACK_ONWARD && o.w >= (1.0 - OPENING_TOL) * o.k;
   o.s               = c.secant(o.k);
   const bool secant = c.law.crack.tangent == CRACK_SECANT || !(grows || onward);
   const double gives =
       o.beside.c(c.axis, c.axis) / c.width + (secant ? o.s : cohesion(c.law.crack, o.k).slope + c.left());
-  o.flexible = 1.0 / std::max(gives, STIFF * c.elastic());
+  o.flexible = 1.0 / std::max(gives, MIN_STIFFNESS * c.elastic());
   return o;
 }
 
-// the axis of the largest stress; in the plane one of those of the plane
+// the axis of the largest stress; in 2D: in the plane
 int axis_of(const CrackLaw& c, const HenckyTrial& t, const Vec3& tau)
 {
   int best = -1;
@@ -103,8 +103,8 @@ int axis_of(const CrackLaw& c, const HenckyTrial& t, const Vec3& tau)
 // the normal of the crack at t = 0
 Vec3 normal_of(const HenckyTrial& t, int axis) { return (t.L * t.n.col(axis)).normalized(); }
 
-// the width follows the normal until the crack settles: the state from which the next increment begins, whose
-// stored energy it is; what that changes is dissipated
+// the width follows the normal up to SETTLED: updates width and stored energy for the next increment; the
+// change of energy is dissipated
 void follow(const Closed& c, const HenckyTrial& t, const Opened& o, double* h, LawOutput& out)
 {
   const double width = crack_width(c.law.crack, normal_of(t, c.axis).data());
@@ -152,7 +152,7 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
     h_np1[CRACK + CRACK_WIDTH]   = o.width;
     h_np1[CRACK + CRACK_OPENING] = o.k;
     out.dissipated += (dissipated_to(crack, o.k) - dissipated_to(crack, k)) / o.width;
-    if (o.w > 0.0 && o.k < SETTLES * crack_open(crack)) follow(c, t, o, h_np1 + CRACK, out);
+    if (o.w > 0.0 && o.k < SETTLED * crack_open(crack)) follow(c, t, o, h_np1 + CRACK, out);
   }
   // 4. tangent
   if (!tangent) return true;

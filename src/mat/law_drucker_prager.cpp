@@ -1,12 +1,11 @@
 // ---------------------------------------------------------------------------
-// law_drucker_prager.cpp : plasticity whose strength grows with pressure (doc/theory.md 2.6)
+// law_drucker_prager.cpp : pressure-dependent plasticity (doc/theory.md 2.6)
 //
 //   q - tan(friction) p - d(a) <= 0,  p = -tr(tau)/3                                               (2.37)
-//   flow: deviator as von Mises, and the volume grows by tan(dilation) for each unit of it          (2.38)
+//   flow: deviator as von Mises, volume increase tan(dilation) per unit of it                       (2.38)
 //
-// In logarithmic elastic strains as law_j2.cpp, where the surface is a cone: what the return along the flow
-// would take beyond its apex ends at the apex. Friction and dilation that differ have no symmetric tangent;
-// the matrix is its symmetric part.
+// In logarithmic elastic strains as law_j2.cpp, with a cone as yield surface: a return beyond the apex ends
+// at the apex. If friction and dilation differ, the tangent is not symmetric; its symmetric part is used.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -17,7 +16,7 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-const double ON_CONE = 1e-12;     // of the cohesion: rounding of a state that has just yielded
+const double ON_CONE = 1e-12;     // of the cohesion: round-off of a state on the yield surface
 // of the elastic stiffness, at the apex, where the tangent is zero. Test: C10 (strength/dp_apex.inp)
 const double APEX = 1e-3;
 
@@ -25,14 +24,14 @@ const double APEX = 1e-3;
 struct ConeReturn {
   double p, q;                 // pressure and equivalent stress of the trial
   double gamma  = 0.0;         // amount of flow
-  double volume = 0.0;         // by which flow enlarges
-  double beta   = 1.0;         // part of the deviator that is left
-  double end = 0.0;            // pressure at its end
-  double stiff = 0.0;          // what resists gamma
+  double volume = 0.0;         // plastic volume strain
+  double beta   = 1.0;         // factor of the trial deviator
+  double end = 0.0;            // pressure after the return
+  double stiff = 0.0;          // d f/d gamma
   bool flows = false, apex = false;
 };
 
-// plastic strain of the test that the table is of, over the amount of flow                       (2.39)
+// plastic strain of the test of the hardening table, per amount of flow                          (2.39)
 double strain_rate(const Material& m)
 {
   const double third = m.dilation / 3.0;
@@ -47,7 +46,7 @@ double cohesion(const Material& m, double a, double* slope)
   return part * y;
 }
 
-// all of the deviator goes, and the pressure to the apex
+// return to the apex: no deviator
 void to_apex(const MatLaw& law, double K, double a, ConeReturn& r)
 {
   const Material& m = *law.material;
@@ -103,8 +102,8 @@ Moduli moduli(const MatLaw& law, double K, const ConeReturn& r)
   return c;
 }
 
-// what flow takes: of the cohesion, as it hardens, and of friction beyond what dilation gives back; at the
-// apex the work of the tension
+// dissipation: by the cohesion with its hardening, and by friction minus dilation; at the apex the work of
+// the tension
 void note_flow(const MatLaw& law, const ConeReturn& r, const double* h_n, double* h_np1, LawOutput& out)
 {
   const Material& m = *law.material;
@@ -116,7 +115,7 @@ void note_flow(const MatLaw& law, const ConeReturn& r, const double* h_n, double
                                 (m.friction - m.dilation) * r.end * r.gamma;
 }
 
-// increment of the plastic strain over the deviator of the trial
+// increment of the plastic strain over the trial deviator
 double flow_rate(const ConeReturn& r) { return r.flows && r.q > 0.0 ? 1.5 * r.gamma / r.q : 0.0; }
 
 // the deviator of principal strains, as a stress

@@ -1,10 +1,10 @@
 // ---------------------------------------------------------------------------
 // law_granular.cpp : broken material with internal friction (doc/theory.md (2.30), (2.31))
 //
-//   pressure p = K (1 - J) where J < 1, none elsewhere; shear q <= sqrt(3) tan(angle) p; no cohesion, no
-//   dilation: flow keeps the volume, so that J is that of the whole deformation
+//   pressure p = K (1 - J) for J < 1, else 0; shear q <= sqrt(3) tan(angle) p; no cohesion, no dilation: flow
+//   is isochoric, so that J is the determinant of the total deformation
 //
-// While an element drops its stress, c of the intact law is still there: S = c S_intact + (1 - c) S.
+// During the release of an element the intact law has the weight c: S = c S_intact + (1 - c) S.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -17,20 +17,20 @@ namespace {
 using Vec3 = Eigen::Vector3d;
 
 // The law in principal logarithmic strains e
-struct Grains {
+struct GranularState {
   double psi;                  // stored
-  double pressure, slope;      // Kirchhoff, positive in compression; its derivative to the trace of e
-  double beta = 1.0;           // part of the trial deviator that is left
+  double pressure, slope;      // Kirchhoff, positive in compression; derivative by the trace of e
+  double beta = 1.0;           // factor of the trial deviator
   double gamma = 0.0;          // increment of the equivalent plastic strain
   double q;                    // equivalent stress of the trial
   bool flows = false;
 };
 
 // v = J - 1 (without NLGEOM tr E), ss = s : s of the trial deviator
-Grains flow(const MatLaw& law, bool finite, double v, double ss)
+GranularState flow(const MatLaw& law, bool finite, double v, double ss)
 {
   const double K = bulk_modulus(law), J = finite ? 1.0 + v : 1.0;
-  Grains g;
+  GranularState g;
   const double closed = std::min(v, 0.0);
   g.pressure = -K * closed * J;
   g.slope    = v < 0.0 ? -K * (finite ? (1.0 + 2.0 * v) * J : 1.0) : 0.0;
@@ -45,7 +45,7 @@ Grains flow(const MatLaw& law, bool finite, double v, double ss)
   return g;
 }
 
-// adds the part c of the intact law
+// adds the intact law with the weight c
 void blend(double c, const LawOutput& intact, bool tangent, LawOutput& out)
 {
   out.psi = c * intact.psi + (1.0 - c) * out.psi;
@@ -53,14 +53,14 @@ void blend(double c, const LawOutput& intact, bool tangent, LawOutput& out)
   for (int i = 0; tangent && i < 36; ++i) out.D[i] = c * intact.D[i] + (1.0 - c) * out.D[i];
 }
 
-void note_flow(const MatLaw& law, const Grains& g, const double* h_n, double* h_np1, LawOutput& out)
+void note_flow(const MatLaw& law, const GranularState& g, const double* h_n, double* h_np1, LawOutput& out)
 {
   h_np1[FLOW_EQUIVALENT] = h_n[FLOW_EQUIVALENT] + g.gamma;
   out.dissipated         = (1.0 - law.c) * g.beta * g.q * g.gamma;
 }
 
 // the symmetric part                                                                   (2.31)
-Moduli moduli(const MatLaw& law, const Grains& g)
+Moduli moduli(const MatLaw& law, const GranularState& g)
 {
   Moduli c{-g.slope, 2.0 * law.mu * g.beta, 0.0};
   if (!g.flows || g.q == 0.0) return c;
@@ -69,14 +69,14 @@ Moduli moduli(const MatLaw& law, const Grains& g)
   return c;
 }
 
-// increment of the plastic strain over the deviator of the trial
-double flow_rate(const Grains& g) { return g.flows && g.q > 0.0 ? 1.5 * g.gamma / g.q : 0.0; }
+// increment of the plastic strain over the trial deviator
+double flow_rate(const GranularState& g) { return g.flows && g.q > 0.0 ? 1.5 * g.gamma / g.q : 0.0; }
 
 void small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
                   LawOutput& out)
 {
   const SmallTrial t = small_trial(law, E, h_n);
-  const Grains g     = flow(law, false, t.tr, t.ss);
+  const GranularState g     = flow(law, false, t.tr, t.ss);
   for (int i = 0; i < 6; ++i) out.S[i] = g.beta * t.s[i] - (i < 3 ? g.pressure : 0.0);
   out.psi = g.psi;
   small_flow(t, flow_rate(g), h_n, h_np1);
@@ -100,7 +100,7 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
   if (!hencky_trial(E, h_n, t)) return false;
   double tr;
   const Vec3 s = hencky_deviator(law, t, tr);
-  const Grains g  = flow(law, true, std::expm1(tr), s.squaredNorm());
+  const GranularState g  = flow(law, true, std::expm1(tr), s.squaredNorm());
   const Vec3 tau  = g.beta * s - Vec3::Constant(g.pressure);
   out.psi = g.psi;
   hencky_stress(t, tau, out.S);
@@ -115,14 +115,14 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
 // ---------------------------------------------------------------------------
 // law_granular_step : the step of the energy-momentum scheme                        (2.32)
 //
-// The pressure takes its discrete gradient, that of broken material whose law is PRESSURE; the shear stress
-// is that of the end of the step. What the work of both is more than the change of the stored energy is
-// dissipated: friction, and what backward Euler takes
+// The pressure uses its discrete gradient, as broken material with the law PRESSURE; the shear stress is
+// taken at the end of the step. Work minus the change of the stored energy is dissipated: by friction and by
+// the numerical damping of backward Euler
 // ---------------------------------------------------------------------------
 bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
                        const double* h_n, double* h_np1, double* S, double* C)
 {
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   if (!mode.mid || law.plane == PLANE_STRESS) return law_step_any(law, mode, E0, E1, h_n, h_np1, S, C);
   MatLaw bare = law;
   bare.c = 0.0;

@@ -2,7 +2,7 @@
 // law_j2.cpp : von Mises plasticity with isotropic hardening at finite strain (doc/theory.md (2.24) - (2.29))
 //
 // F = Fe Fp, the energy is quadratic in the logarithmic elastic strains (Hencky), plastic flow is integrated
-// with the exponential map: radial return of the logarithms. What is kept is Cp^-1 = (Fp^T Fp)^-1.
+// with the exponential map: radial return of the logarithms. The history variable is Cp^-1 = (Fp^T Fp)^-1.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -13,18 +13,18 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-const double ON_SURFACE = 1e-12;     // of the yield stress: rounding of a state that has just yielded
+const double ON_SURFACE = 1e-12;     // of the yield stress: round-off of a state on the yield surface
 
 // Return to the yield surface of the deviatoric part s of a trial stress
 struct Return {
   double q;                    // equivalent stress of the trial
   double gamma = 0.0;          // increment of the equivalent plastic strain
-  double beta  = 1.0;          // part of s that is left
-  double slope = 0.0;          // of the yield stress where it ends
+  double beta  = 1.0;          // factor of s
+  double slope = 0.0;          // of the yield stress after the return
   bool plastic = false;
 };
 
-// q - 3 mu gamma = yield(a + gamma): the table is piecewise linear, so Newton's method ends in a few steps
+// q - 3 mu gamma = yield(a + gamma): the table is piecewise linear, Newton's method needs a few steps
 Return radial_return(const MatLaw& law, double q, double a)
 {
   Return r;

@@ -13,7 +13,7 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
 {
   if (!finite) return law_svk(law, finite, E, h_n, h_np1, tangent, out);
   const double K = bulk_modulus(law);
-  // A = C - I = 2 E; invariants of A, so that small strains lose no digits
+  // A = C - I = 2 E; invariants of A avoid cancellation at small strains
   double A[6];
   for (int i = 0; i < 6; ++i) A[i] = 2.0 * E[i];
   const double i1 = A[0] + A[1] + A[2];
@@ -33,7 +33,7 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
   const double B[6] = {(c1 * c2 - A[4] * A[4]) / det,   (c0 * c2 - A[5] * A[5]) / det,
                        (c0 * c1 - A[3] * A[3]) / det,   (A[5] * A[4] - A[3] * c2) / det,
                        (A[3] * A[5] - c0 * A[4]) / det, (A[3] * A[4] - A[5] * c1) / det};   // C^-1
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   // mu J^-2/3 C^-1 dev C, with dev C = dev A
   for (int k = 0; k < 6; ++k) {
     double s = 0.0;

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// law_ortho.cpp : orthotropic elastic material, S = D : E, D in the directions of the model (2.42), (2.43)
+// law_ortho.cpp : orthotropic elastic material, S = D : E, D in the axes of the model (2.42), (2.43)
 // ---------------------------------------------------------------------------
 #include "mat/law.h"
 #include "mat/voigt.h"

@@ -1,8 +1,7 @@
 // ---------------------------------------------------------------------------
 // law_split : broken material without history, psi = c psi+ + psi-                     (2.5) - (2.18)
 //
-// In the plane the tensors of the kernel have two dimensions. A strain that the law does not know gives NaN,
-// and the step is rejected by its residual
+// In 2D the tensors of the kernel are 2 x 2. An inadmissible strain gives NaN, and the step is rejected
 // ---------------------------------------------------------------------------
 #include <algorithm>
 

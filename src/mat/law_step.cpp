@@ -7,8 +7,8 @@
 
 namespace {
 
-const int MOST_ITERATIONS = 50;      // for E33 in plane stress; quadratic from a good start: 3 to 6
-// (dE/E)^2: below it the mean stress is exact to rounding (2.14). Plastic flow bends the path, whatever E is
+const int MAX_ITERATIONS = 50;      // for E33 in plane stress; quadratic from a good start: 3 to 6
+// (dE/E)^2: below, the mean stress is exact to round-off (2.14), except with plastic flow
 const double SAME_STRAIN = 1e-14;
 
 // D of plane stress: without row and column 33                                       (2.13)
@@ -40,8 +40,8 @@ void add_viscosity(const MatLaw& law, double eta, const double* E0, const double
 }
 
 // the discrete gradient between the states zero and one: S and C                        (2.14), (2.15)
-//   gone   dissipated / volume between them
-void discrete_gradient(const LawOutput& zero, const LawOutput& one, double gone, const double* E0,
+//   loss   dissipated / volume between them
+void discrete_gradient(const LawOutput& zero, const LawOutput& one, double loss, const double* E0,
                        const double* E1, bool plane_stress, double* S, double* C)
 {
   double d[6], mean[6];
@@ -53,7 +53,7 @@ void discrete_gradient(const LawOutput& zero, const LawOutput& one, double gone,
   for (int i = 0; C && i < 36; ++i) C[i] = 0.5 * one.D[i];
   const double dd = six_dot(d, d);
   if (dd <= SAME_STRAIN * six_dot(mean, mean)) return;
-  const double a = (one.psi - zero.psi + gone - six_dot(S, d)) / dd;
+  const double a = (one.psi - zero.psi + loss - six_dot(S, d)) / dd;
   if (C) {
     double Cd[6], g[6];
     six_times(one.D, d, Cd);
@@ -135,7 +135,7 @@ int law_history(const Model& m)
     for (const Material& mat : m.material)
       if (mat.breaks && law_flows(mat.law)) n = std::max(n, history_of(table[LAW_COHESIVE_FLOW]));
   }
-  MPFE_CHECK(n <= MAX_HISTORY, "MAX_HISTORY (mat/law.h) is less than a law keeps");
+  MPFE_CHECK(n <= MAX_HISTORY, "a law has more history variables than MAX_HISTORY (mat/law.h)");
   return n;
 }
 
@@ -144,11 +144,11 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
 {
   const Law& l = law_of(law);
   if (law.plane != PLANE_STRESS) return update(l, law, finite, E, h_n, h_np1, tangent, out);
-  // S33(E33) = 0 by Newton's method; a step that leaves the positive stretches is halved
+  // S33(E33) = 0 by Newton's method; a step to a negative stretch is halved
   E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
   if (l.free_thickness) return update(l, law, finite, E, h_n, h_np1, tangent, out);
   if (finite && E[2] < -0.45) E[2] = -0.45;
-  for (int it = 0; it < MOST_ITERATIONS; ++it) {
+  for (int it = 0; it < MAX_ITERATIONS; ++it) {
     if (!update(l, law, finite, E, h_n, h_np1, true, out)) return false;
     const double size = std::fabs(out.S[0]) + std::fabs(out.S[1]) + std::fabs(out.S[3]);
     const double step = -out.S[2] / out.D[14];
@@ -180,11 +180,11 @@ bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, c
   if (mode.mid) {
     std::copy(E0, E0 + 6, start);
     if (!law_update(law, mode.finite, start, h_n, scratch, false, zero)) return false;
-    // as the history has it, which the ledger reads
+    // dissipation as the difference of the history, which the ledger reads
     const bool keeps  = !law_of(law).history.empty();
-    const double gone = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;
-    discrete_gradient(zero, one, gone, E0, E1, law.plane == PLANE_STRESS, S, C);
-    const double more = mode.s_new - 0.5;              // dissipation on demand
+    const double loss = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;
+    discrete_gradient(zero, one, loss, E0, E1, law.plane == PLANE_STRESS, S, C);
+    const double more = mode.s_new - 0.5;              // numerical damping
     for (int i = 0; i < 6; ++i) S[i] += more * (one.S[i] - zero.S[i]);
     for (int i = 0; C && i < 36; ++i) C[i] += more * one.D[i];
   } else {

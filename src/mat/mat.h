@@ -8,15 +8,15 @@
 
 struct BulkStep;               // elem.h
 
-// Tangent of cracks that open against a cohesion: that of the stress; one that is positive definite (2.36);
-// that of a crack which is at its largest opening and goes on (6.39)
+// Tangent of cohesive cracks: consistent; secant, positive definite (2.36); loading tangent of a crack at its
+// largest opening (6.39)
 enum CrackTangent { CRACK_TANGENT, CRACK_SECANT, CRACK_ONWARD };
 
-// What a time scheme asks of the law over a step t(n) -> t(n+1)                        (1.8)
+// Parameters of the time scheme for the law over a step t(n) -> t(n+1)                 (1.8)
 struct KernelMode {
   bool finite = true;          // NLGEOM
   bool mid    = false;         // energy-momentum
-  bool is_static = false;         // statics: broken material is kept from wrinkling (2.16)
+  bool is_static = false;      // statics: broken material has a shear stiffness against wrinkling (2.16)
   double s_new = 1.0, s_old = 0.0;
   CrackTangent crack = CRACK_TANGENT;
   // viscous stress: factor of E(n+1) - E(n) in dE/dt; 1/dt, Newmark gamma/(beta dt); statics: 0     1/time
@@ -26,26 +26,26 @@ struct KernelMode {
   double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
 };
 
-// Crack that opens against a cohesion: LAW_COHESIVE
+// Cohesive crack: LAW_COHESIVE
 struct CrackLaw {
   Softening softening = SOFTENING_LINEAR;
   double strength = 0.0;       // force/length^2
   double gc       = 0.0;       // toughness                                     force/length
   double scatter  = 1.0;       // factor of both
-  const double* place = nullptr;       // nodes of the element [nodes*dim]: its width along a normal
+  const double* X = nullptr;   // nodes of the element [nodes*dim], relative to the first one
   int nodes = 0, dim = 0;
   CrackTangent tangent = CRACK_TANGENT;      // KernelMode
 };
 
-// St.Venant-Kirchhoff: S = lam tr(E) I + 2 mu E. In plane stress lam is the reduced one,
-// so that the law of the plane components has the same form.
+// St.Venant-Kirchhoff: S = lam tr(E) I + 2 mu E. In plane stress lam is reduced, so that the law of the plane
+// components has the same form.
 struct MatLaw {
-  double lam = 0, mu = 0;      // of the components that the kernel sees          force/length^2
-  double lam3 = 0;             // lam of three dimensions
+  double lam = 0, mu = 0;      // of the components of the kernel                 force/length^2
+  double lam3 = 0;             // lam in three dimensions
   double beta = 0;             // viscous stress beta D : dE/dt, D of lam and mu                  time
   Plane plane = PLANE_STRAIN;
   LawKind kind = LAW_SVK;
-  bool broken = false;         // det F is not asked for: an open crack may give it any value
+  bool broken = false;         // det F is not checked: with an open crack it may have any value
   Split split = SPLIT_RCE;     // LAW_SPLIT
   double c = 1.0, friction = 0.0;      // degradation factor; LAW_GRANULAR: tangent of the angle
   double N[3] = {1, 0, 0};     // LAW_SPLIT: normal of the crack at t = 0, unit
@@ -56,11 +56,11 @@ struct MatLaw {
 
 MatLaw mat_law(const Material& m, Plane plane);
 
-// mat_stiffness : stress per strain of a layer that cannot give way sideways: E(1-nu)/((1+nu)(1-2nu)), for nu
-// towards 0.5 the bulk modulus; of a sheet in plane stress E/(1-nu^2)              force/length^2
+// mat_stiffness : modulus of a laterally constrained layer: E(1-nu)/((1+nu)(1-2nu)), for nu towards 0.5 the
+// bulk modulus; of a sheet in plane stress E/(1-nu^2)                              force/length^2
 double mat_stiffness(const Material& m, Plane plane);
 
-// bulk_modulus : K of three dimensions                                       force/length^2
+// bulk_modulus : K in three dimensions                                       force/length^2
 inline double bulk_modulus(const MatLaw& law) { return law.lam3 + 2.0 / 3.0 * law.mu; }
 
 // mode_of_law : the mode with the viscous stress of this law                         (2.19)
@@ -78,8 +78,8 @@ inline bool mode_reads_old(const KernelMode& mode, const MatLaw& law)
   return mode.mid || law.beta * mode.rate != 0.0;
 }
 
-// law_broken : what fracture definition f leaves of the intact law, with the degradation factor c and the
-// frozen normal N[3]: LAW_GRANULAR or LAW_SPLIT
+// law_broken : law of broken material by fracture definition f, with the degradation factor c and the frozen
+// normal N[3]: LAW_GRANULAR or LAW_SPLIT
 MatLaw law_broken(const MatLaw& intact, const FractureDef& f, double c, const double* N);
 
 // mat_full : plane components -> all six (11 22 33 12 23 31, tensor) of E and S

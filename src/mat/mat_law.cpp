@@ -2,9 +2,9 @@
 
 namespace {
 
-// Poisson's ratio from which full integration is too stiff: without F-bar, 32 x 32 CPE4 of Cook's membrane
+// Poisson's ratio from which full integration locks: without F-bar, 32 x 32 CPE4 of Cook's membrane
 // (A17) give 7.20 of 7.77 just below it, and 2.83 at 0.4999
-const double LOCKS = 0.49;
+const double LOCKING_POISSON = 0.49;
 
 }  // namespace
 
@@ -17,7 +17,7 @@ MatLaw mat_law(const Material& m, Plane plane)
   law.beta  = m.beta;
   law.plane = plane;
   law.kind  = m.law;
-  law.bar   = plane != PLANE_STRESS && !m.breaks && (law_flows(m.law) || m.poisson >= LOCKS);
+  law.bar   = plane != PLANE_STRESS && !m.breaks && (law_flows(m.law) || m.poisson >= LOCKING_POISSON);
   law.material = &m;
   return law;
 }
@@ -44,7 +44,7 @@ MatLaw law_broken(const MatLaw& intact, const FractureDef& f, double c, const do
 {
   MatLaw law = intact;
   if (f.criterion == CRITERION_COHESIVE && intact.material && law_flows(intact.material->law)) {
-    law.kind      = LAW_COHESIVE_FLOW;                 // open: the traction is gone, what presses flows
+    law.kind      = LAW_COHESIVE_FLOW;                 // open: no traction; in compression it flows
     law.crack     = crack_of(f);
     law.crack.dim = intact.plane == PLANE_NONE ? 3 : 2;
     law.broken    = true;

@@ -10,11 +10,11 @@
 
 namespace {
 
-using V = VoigtPlace<3>;
+using V = VoigtIndex<3>;
 
 const double Id[6]   = {1, 1, 1, 0, 0, 0};
 
-// C += w A (x) A; this and the next do nothing where C is null
+// C += w A (x) A; add_dyad and add_identity: no action if C is null
 void add_dyad(double w, const double A[6], double* C)
 {
   for (int m = 0; m < 6 && C; ++m)
@@ -33,14 +33,14 @@ void six_of(int dim, const double* E, double E6[6])
   else six_components<3>(E, 0.0, E6);
 }
 
-// the six in the components of the kernel
+// indices of the kernel components among the six
 const int* seen_by(int dim)
 {
   static const int plane[3] = {0, 1, 3}, space[6] = {0, 1, 2, 3, 4, 5};
   return dim == 2 ? plane : space;
 }
 
-// principal strains and, unless v is null, their unit vectors: closed form when 33 is one of them. Otherwise
+// principal strains and, unless v is null, their unit vectors: closed form if 33 is a principal axis, else
 // the iterative solver: the direct one of Eigen loses half of the digits near equal values.
 void principal(const double E[6], double e[3], double (*v)[3])
 {
@@ -66,8 +66,8 @@ void principal(const double E[6], double e[3], double (*v)[3])
   }
 }
 
-// the largest principal strain, by the trigonometric form of the roots; not near a double one, where it loses
-// half of the digits
+// the largest principal strain, by the trigonometric form of the roots; near a double root, where that loses
+// half of the digits, by the solver
 double largest_principal(const double E[6])
 {
   const double mean = (E[0] + E[1] + E[2]) / 3.0, a = E[0] - mean, b = E[1] - mean, c = E[2] - mean;
@@ -91,7 +91,7 @@ void add_intact(const MatLaw& law, const double E[6], double& psi, double S[6], 
   add_identity(2.0 * law.mu, C);
 }
 
-// the other part is what is left of the intact law
+// the other part: intact law minus this part
 void add_rest(const MatLaw& law, const double E[6], double psi, const double S[6], const double* C,
               double& psi_rest, double S_rest[6], double* C_rest)
 {
@@ -175,8 +175,8 @@ void split_spectral(const MatLaw& law, const double E[6], SplitOut& o)
   }
 }
 
-// j = J - 1 (finite) or tr E, its gradient G and the derivative D of that, unless they are null; D with G;
-// false: 2E + I is not positive definite
+// j = J - 1 (finite) or tr E, gradient G and second derivative D, unless null; D needs G; false: 2E + I is
+// not positive definite
 bool volume(bool finite, const double E[6], double& j, double* G, double* D)
 {
   const double I1 = E[0] + E[1] + E[2];
@@ -184,14 +184,13 @@ bool volume(bool finite, const double E[6], double& j, double* G, double* D)
   if (D) std::fill(D, D + 36, 0.0);
   if (G) {
     // not std::copy(Id, Id + 6, G): GCC 12.2 with AVX-512 copies the constants 1 1 1 0 as 1 1 1 1 (-O1; -O2
-    // where this is not inlined), and broken material bears shear. Element by element it is right at all
-    // levels (Split.PressureBearsNoShear)
+    // if not inlined), and broken material would bear shear. Test: Split.PressureBearsNoShear
     for (int m = 0; m < 6; ++m) G[m] = Id[m];
   }
   if (!finite) return true;
   const double c11 = 1.0 + 2.0 * E[0], c22 = 1.0 + 2.0 * E[1], c33 = 1.0 + 2.0 * E[2];
   const double c12 = 2.0 * E[3], c23 = 2.0 * E[4], c31 = 2.0 * E[5];
-  // det C - 1 from the invariants of E, so that small strains lose no digits
+  // det C - 1 from the invariants of E, without cancellation at small strains
   const double I2 = E[0] * E[1] + E[1] * E[2] + E[2] * E[0] - E[3] * E[3] - E[4] * E[4] - E[5] * E[5];
   const double I3 = E[0] * (E[1] * E[2] - E[4] * E[4]) - E[3] * (E[3] * E[2] - E[4] * E[5]) +
                     E[5] * (E[3] * E[4] - E[1] * E[5]);
@@ -215,7 +214,7 @@ bool volume(bool finite, const double E[6], double& j, double* G, double* D)
   return true;
 }
 
-// pressure of a loss of volume                                                            (2.10)
+// pressure in compression                                                                 (2.10)
 void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut& o)
 {
   const double K = bulk_modulus(law);
@@ -234,9 +233,8 @@ void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut&
   add_rest(law, E, o.psi_minus, o.Sm, Cm, o.psi_plus, o.Sp, Cp);
 }
 
-// j = change of the thickness of the crack, h - 1 with h^2 = 1/(N.C^-1 N) (finite) or N.E.N, its gradient G
-// and the derivative D of that, unless they are null; D with G; false: C = 2E + I is not positive definite
-// (2.18)
+// j = change of the thickness of the crack, h - 1 with h^2 = 1/(N.C^-1 N) (finite) or N.E.N, gradient G and
+// second derivative D, unless null; D needs G; false: C = 2E + I is not positive definite (2.18)
 bool thickness(bool finite, const double E[6], const double N[3], double& j, double* G, double* D)
 {
   double NN[6];
@@ -253,7 +251,7 @@ bool thickness(bool finite, const double E[6], const double N[3], double& j, dou
   const double c11 = 1.0 + 2.0 * E[0], c22 = 1.0 + 2.0 * E[1], c12 = 2.0 * E[3];
   if (!(c11 > 0.0 && c11 * c22 - c12 * c12 > 0.0 && det > 0.0)) return false;
   const double h = std::sqrt(det / area2);
-  j = (2.0 * j + 4.0 * (I2 - NcofN) + 8.0 * I3) / area2 / (1.0 + h);       // h - 1 without loss of digits
+  j = (2.0 * j + 4.0 * (I2 - NcofN) + 8.0 * I3) / area2 / (1.0 + h);       // h - 1 without cancellation
   if (!G) return true;
   double inv[3][3], a[3];                            // C^-1 and C^-1 N
   for (int m = 0; m < 6; ++m) {
@@ -275,7 +273,7 @@ bool thickness(bool finite, const double E[6], const double N[3], double& j, dou
   return true;
 }
 
-// pressure across the crack and nothing else                                               (2.18)
+// normal pressure on the crack only                                                        (2.18)
 void split_crack(const MatLaw& law, bool finite, const double E[6], const double N[3], SplitOut& o)
 {
   const double M = law.lam + 2.0 * law.mu;
@@ -294,9 +292,9 @@ void split_crack(const MatLaw& law, bool finite, const double E[6], const double
   add_rest(law, E, o.psi_minus, o.Sm, Cm, o.psi_plus, o.Sp, Cp);
 }
 
-// plane stress: the E33 with c S33+ + S33- = 0, and the law there. S33 of every split rises with E33 ever
-// more slowly, and the intact E33 lies below the root, so Newton's method goes up to the root and never past
-// it.  (2.13)
+// plane stress (2.13): E33 from c S33+ + S33- = 0, and the law there. S33 of every split is a concave
+// increasing function of E33, and the intact E33 lies below the root, so that Newton's method converges from
+// below
 void release_thickness(const MatLaw& law, Split split, bool finite, double c, const double N[3], double E[6],
                        SplitOut& o)
 {
@@ -311,7 +309,7 @@ void release_thickness(const MatLaw& law, Split split, bool finite, double c, co
     if (has_floor && next <= -0.5) next = 0.5 * (E[2] - 0.5);
     const double step = next - E[2], size = std::max({std::fabs(E[0]), std::fabs(E[1]), std::fabs(E[2])});
     E[2] = next;
-    // the step is taken: what is left is rounding
+    // converged to round-off
     if (std::fabs(step) <= 1e-14 * size) break;
   }
   split_full(law, split, finite, E, N, o);
@@ -342,7 +340,7 @@ double split_normal(const MatLaw& law, int dim, const double* E, double* N)
   if (!N && dim == 3)
     return law.lam * (E6[0] + E6[1] + E6[2]) + 2.0 * law.mu * largest_principal(E6);
   principal(E6, e, N ? v : nullptr);
-  const int a = static_cast<int>(std::max_element(e, e + dim) - e);      // in the plane e[2] belongs to 33
+  const int a = static_cast<int>(std::max_element(e, e + dim) - e);      // in 2D e[2] belongs to 33
   if (N) std::copy(v[a], v[a] + 3, N);
   return law.lam * (E6[0] + E6[1] + E6[2]) + 2.0 * law.mu * e[a];
 }

@@ -2,13 +2,13 @@
 // split_step.h : stress of broken material without history over a step: the discrete gradients (2.14), (2.17)
 // of psi = c psi+ + psi- (doc/theory.md 2.2)
 //
-// Energy-momentum takes the
-// discrete gradient, so that the energy is that of the law whatever the strain does in a step:
+// The energy-momentum scheme uses the discrete gradient, so that the energy of the law is exact for any
+// strain increment:
 //
 //   S = S(Em) + a dE,  a = [psi(n+1) - psi(n) - S(Em) : dE] / (dE : dE),  Em the middle strain      (2.14)
 //   D = 1/2 C(Em) + a I + sym(dE (x) da/dE),  the symmetric part of its derivative                  (2.15)
 //
-// RCE, VD and PRESSURE have their kink in one number j (normal stress of the crack, change of volume):
+// RCE, VD and PRESSURE have a kink in one variable j (normal stress of the crack, change of volume):
 //
 //   S = S(Em) + [q - f'(j(Em))] G(Em) + a dE,  q = [f(j(n+1)) - f(j(n))] / [j(n+1) - j(n)],  G = dj/dE (2.17)
 // ---------------------------------------------------------------------------
@@ -25,7 +25,7 @@
 template <int D>
 struct StrainStep {
   double mid[D * D], d[D * D], dd = 0.0;             // middle, difference, its square
-  bool small = true;                                 // the middle stress is exact to rounding
+  bool small = true;                                 // the middle stress is exact to round-off
   StrainStep(const double* E0, const double* E1)
   {
     double mm = 0.0;
@@ -43,7 +43,7 @@ struct StrainStep {
 template <int D>
 inline void add_dyad(double w, const double* A, const double* B, double* C)
 {
-  using V = VoigtPlace<D>;
+  using V = VoigtIndex<D>;
   constexpr int nv = V::nv;
   for (int i = 0; i < nv; ++i)
     for (int j = 0; j < nv; ++j) {
@@ -56,7 +56,7 @@ inline void add_dyad(double w, const double* A, const double* B, double* C)
 template <int D>
 inline void add_identity(double a, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   for (int i = 0; i < nv; ++i) C[i * nv + i] += a * (i < D ? 1.0 : 0.5);
 }
 
@@ -64,7 +64,7 @@ inline void add_identity(double a, double* C)
 template <int D>
 inline void tangent_times(const double* C, const double* d, double* out)
 {
-  using V = VoigtPlace<D>;
+  using V = VoigtIndex<D>;
   constexpr int nv = V::nv;
   for (int i = 0; i < nv; ++i) {
     double sum = 0.0;
@@ -78,7 +78,7 @@ template <int D>
 inline void split_discrete(const MatLaw& law, const KernelMode& mode, const double* E0,
                         const double* E1, double* S, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   const StrainStep<D> e(E0, E1);
   double S1[D * D], S0[D * D], Cm[nv * nv], psi0, psi1, psim, work = 0.0;
   split_eroded(law, D, law.split, mode.finite, law.c, e.mid, law.N, &psim, S, C ? Cm : nullptr);
@@ -98,7 +98,7 @@ inline void split_discrete(const MatLaw& law, const KernelMode& mode, const doub
   for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
 }
 
-// w/2 <side j>_+^2 from j0 to j1: its discrete derivative and the derivative of that to j1
+// w/2 <side j>_+^2 from j0 to j1: its discrete derivative and the derivative of that with respect to j1
 inline void one_sided(double w, int side, double j0, double j1, double& q, double& slope)
 {
   const double p0 = std::max(side * j0, 0.0), p1 = std::max(side * j1, 0.0);
@@ -109,13 +109,13 @@ inline void one_sided(double w, int side, double j0, double j1, double& q, doubl
   slope = (w * side * p1 - q) / (j1 - j0);
 }
 
-// discrete gradient of a law whose kink is that of a number: what the crack passes in a step stays a normal
-// stress or a pressure  (2.17)
+// discrete gradient of a law with a kink in one variable: closing in a step adds a normal stress or a
+// pressure only (2.17)
 template <int D>
 inline void split_discrete_kink(const MatLaw& law, const KernelMode& mode, const double* E0,
                              const double* E1, double* S, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   const StrainStep<D> e(E0, E1);
   double psi, Cm[nv * nv];
   SplitKink k0, m, k1;
@@ -133,7 +133,7 @@ inline void split_discrete_kink(const MatLaw& law, const KernelMode& mode, const
   }
   kink(e.mid, C ? 2 : 1, m);
   if (C) kink(E1, 1, k1);
-  // the middle's share of the one-sided part gives way to q
+  // q replaces the one-sided part of the middle state
   const double had = m.side * m.j > 0.0 ? m.w : 0.0;
   double q, slope;
   one_sided(m.w, m.side, k0.j, k1.j, q, slope);
@@ -157,9 +157,9 @@ inline void split_discrete_kink(const MatLaw& law, const KernelMode& mode, const
   add_dyad<D>(1.0, e.d, g, C);
 }
 
-// Statics: a broken band carries stress along the crack, but no shear; under compression it wrinkles at once,
-// and Newton's method finds no minimum. A shear stiffness k = 2 |smallest principal stress| across the crack
-// holds it:
+// Statics: a broken band carries stress along the crack, but no shear; in compression it buckles, and
+// Newton's method does not converge. It is stabilised by a shear stiffness k = 2 |smallest principal stress|
+// across the crack:
 //
 //   psi = k/2 sum_a (2 E_na)^2,  a: the directions in the crack plane          (2.16)
 
@@ -168,7 +168,7 @@ template <int D>
 inline double compression(const double* S)
 {
   if (D == 2) return std::max(0.0, std::hypot(0.5 * (S[0] - S[3]), S[1]) - 0.5 * (S[0] + S[3]));
-  // 3D: Gershgorin's bound is enough for a stiffness that holds
+  // 3D: Gershgorin's bound is sufficient for stabilisation
   double least = 0.0;
   for (int i = 0; i < D; ++i) {
     double off = 0.0;
@@ -180,9 +180,9 @@ inline double compression(const double* S)
 
 // adds the shear stiffness k across the crack                                        (2.16)
 template <int D>
-inline void hold_shear(const double* N, double k, const double* E, double* S, double* C)
+inline void add_shear_stiffness(const double* N, double k, const double* E, double* S, double* C)
 {
-  using V = VoigtPlace<D>;
+  using V = VoigtIndex<D>;
   constexpr int nv = V::nv;
   double v[D], en = 0.0;
   for (int i = 0; i < D; ++i) {
@@ -208,17 +208,17 @@ template <int D>
 inline void split_stress(const MatLaw& law, const KernelMode& mode, const double* E0,
                              const double* E1, double* S, double* C)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   double psi, S0[D * D], S1[D * D], C1[nv * nv];
   if (!mode.mid) {
     split_eroded(law, D, law.split, mode.finite, law.c, E1, law.N, &psi, S, C);
     if (mode.is_static && mode.finite && (law.split == SPLIT_RCE || law.split == SPLIT_VD))
-      hold_shear<D>(law.N, 2.0 * compression<D>(S), E1, S, C);
+      add_shear_stiffness<D>(law.N, 2.0 * compression<D>(S), E1, S, C);
     return;
   }
   if (split_has_kink(law, law.split)) split_discrete_kink<D>(law, mode, E0, E1, S, C);
   else split_discrete<D>(law, mode, E0, E1, S, C);
-  const double more = mode.s_new - 0.5;              // dissipation on demand
+  const double more = mode.s_new - 0.5;              // numerical damping
   if (more == 0.0) return;
   split_eroded(law, D, law.split, mode.finite, law.c, E0, law.N, &psi, S0, nullptr);
   split_eroded(law, D, law.split, mode.finite, law.c, E1, law.N, &psi, S1, C ? C1 : nullptr);

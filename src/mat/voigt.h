@@ -5,13 +5,13 @@
 #define MPFE_MAT_VOIGT_H
 
 template <int D>
-struct VoigtPlace {            // row and column of the nv components
+struct VoigtIndex {            // row and column of the nv components
   static constexpr int nv = D == 2 ? 3 : 6;
   static constexpr int row[6] = {0, 1, D == 2 ? 0 : 2, 0, 1, 2};
   static constexpr int col[6] = {0, 1, D == 2 ? 1 : 2, 1, 2, 0};
 };
 
-constexpr int six_at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};     // place of ij among the six
+constexpr int six_at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};     // index of ij among the six
 
 // E [D*D] as six components; in the plane 33 is E33, 23 and 31 are zero
 template <int D>
@@ -25,7 +25,7 @@ inline void six_components(const double* E, double E33, double* six)
     six[4] = six[5] = 0.0;
     return;
   }
-  using V = VoigtPlace<3>;
+  using V = VoigtIndex<3>;
   for (int i = 0; i < 6; ++i) six[i] = E[(V::row[i] * D + V::col[i]) % (D * D)];
 }
 

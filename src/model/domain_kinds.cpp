@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "base/grow.h"
-#include "base/hash_places.h"
+#include "base/hash_slots.h"
 
 namespace {
 

@@ -49,8 +49,8 @@ inline void io(Archive& f, Mesh& x)
 
 inline void io(Archive& f, UncoupledPair& x)
 {
-  auto& [body, other, section, told] = x;
-  io_fields<UncoupledPair>(f, body, other, section, told);
+  auto& [body, other, section, reported] = x;
+  io_fields<UncoupledPair>(f, body, other, section, reported);
 }
 
 inline void io(Archive& f, OriginalPoint& x)

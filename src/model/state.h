@@ -31,9 +31,10 @@ struct PointPart {
   Halo halo;                   // corners shared with other ranks; the owner has a point of it
   std::vector<char> several;   // window: [ncorner] owned points of several ranks have it
   Halo start;                  // window: halo of the corners of the deck
-  ListTable near;              // corners of points of other ranks: index here, or -1 - index in foreign
-  IntVec near_shape;           // [near] their Shape
-  IntVec foreign;              // global number of a corner
+  // corners of points of other ranks: index here, or -1 - index in outer_corner
+  ListTable outer_conn;
+  IntVec outer_shape;          // [outer_conn] their Shape
+  IntVec outer_corner;         // global number of a corner
 };
 
 // Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
@@ -66,10 +67,11 @@ struct Points {
   IntVec hangs;                // [ncorner] HangOn; empty: all on the grid
   // [ncorner], or shorter: for corners of elements with a released point, and corners of the same names:
   // total number of points at the release; later conversions do not share these corners. 0: others
-  IntVec apart;
+  IntVec unshared_since;
   bool shareable(int c, int before) const
   {
-    return c >= static_cast<int>(apart.size()) || apart[c] == 0 || apart[c] > before;
+    return c >= static_cast<int>(unshared_since.size()) || unshared_since[c] == 0 ||
+           unshared_since[c] > before;
   }
   // HangOn of a corner                                                                  (7.14)
   int carrier(int c) const

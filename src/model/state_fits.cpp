@@ -96,8 +96,8 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
   if (!index(p.next, n, 0, p.npoint) || !distinct(p.next, p.npoint)) return false;
   if (!(p.of_elem.empty() || index(p.of_elem, nelem, -1, p.npoint))) return false;
   if (!real(p.normal, 3 * n) || !has(p.released, n) || !index(p.field, c, FIELD_OWN, fields(m)) ||
-      !index(p.first_copy, c, 0, p.ncorner) || !hangs_fit(m, p) || p.apart.size() > c ||
-      !index(p.apart, 0, p.npoint_all() + 1))
+      !index(p.first_copy, c, 0, p.ncorner) || !hangs_fit(m, p) || p.unshared_since.size() > c ||
+      !index(p.unshared_since, 0, p.npoint_all() + 1))
     return false;
   // points of the deck have not changed, but for their corners
   const bool same = std::equal(begin.shape.begin(), begin.shape.end(), p.shape.begin()) &&

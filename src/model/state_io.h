@@ -97,9 +97,9 @@ inline void io(Archive& f, Points& x)
   if (filled) return;
   const bool skip = state_takes(f);    // conversion computes them again
   auto& [npoint, ncorner, Xc, shape, conn, kind, kinds, sampled, V0, mass, body, label, of_elem, parent, next,
-         broken, normal, released, field, first_copy, hang, hang_w, hangs, apart, boundary, surface,
+         broken, normal, released, field, first_copy, hang, hang_w, hangs, unshared_since, boundary, surface,
          part] = x;
-  if (!f.reading && !f.part) apart.resize(ncorner, 0);
+  if (!f.reading && !f.part) unshared_since.resize(ncorner, 0);
   DomainNumbers d;
   if (!f.reading) d = domain_lists(x);
   io_all(f, of_corners(Xc), of_points(shape, skip), Divided<double>{d.w, PER_CONN, skip},
@@ -108,7 +108,8 @@ inline void io(Archive& f, Points& x)
          of_points(next, skip), of_points(broken), of_points(normal), of_points(released, skip),
          of_corners(field, skip), of_corners(first_copy, skip),
          DividedLists{hang, PER_CORNER, PER_HANG, skip},
-         Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs), of_corners(apart));
+         Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs),
+         of_corners(unshared_since));
   if (f.reading) domains_from_lists(d, skip, x);
 }
 

@@ -17,8 +17,8 @@ Points numbered(const Model& m, const IntVec& points, const IntVec& corners, con
 {
   const int dim = m.dim;
   const IntVec &point = p.part.point, &corner = p.part.corner;
-  IntVec apart = p.apart;
-  apart.resize(p.ncorner, 0);
+  IntVec unshared = p.unshared_since;
+  unshared.resize(p.ncorner, 0);
   Points out;
   out.npoint  = p.part.npoint;
   out.ncorner = p.part.ncorner;
@@ -37,7 +37,7 @@ Points numbered(const Model& m, const IntVec& points, const IntVec& corners, con
   out.hang   = picked(corners, p.hang);
   out.hang_w = picked(corners, p.hang.off, 1, p.hang_w);
   out.hangs  = picked(corners, 1, p.hangs);
-  out.apart  = picked(corners, 1, apart);
+  out.unshared_since = picked(corners, 1, unshared);
   for (int& q : out.next) q = point[q];
   for (IntVec* list : {&out.conn.item, &out.first_copy})
     for (int& c : *list) c = corner[c];

@@ -1,7 +1,7 @@
 #include "point/corner_names.h"
 
 #include "base/grow.h"
-#include "base/hash_places.h"
+#include "base/hash_slots.h"
 
 namespace {
 

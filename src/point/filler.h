@@ -60,13 +60,13 @@ void fill_element(Filler& f, int body, int e);
 bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
                   const Place& place, int& faults);
 
-// share_corners : PointPart::held and halo: corners shared with other ranks, and their owners: a rank that
-// owns a point with the corner (own [ncorner]), -1: there is none. Collective.
+// share_corners : PointPart::lone_corners and halo: corners shared with other ranks, and their owners: a rank
+// that owns a point with the corner (own [ncorner]), -1: there is none. Collective.
 void share_corners(const std::vector<char>& own, PointPart& part);
 
 // fill_box : the points of a body in a box. ranks: Body::rank; empty: this rank owns all points. Else owned
-// and halo points are created; numbers, PointPart::rank, near and foreign (numbers of all ranks, not sorted
-// yet) are continued.
+// and halo points are created; numbers, PointPart::rank, outer_conn and outer_corner (numbers of all ranks,
+// not sorted yet) are continued.
 void fill_box(Filler& f, int body, const CellRanks& ranks);
 
 // fill_box_counts : adds the points and corners of a body in a box, of all ranks, to PointPart::npoint and

@@ -120,7 +120,7 @@ IntVec point_ranks(const MeshPart& part, const Points& pts);
 void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts);
 
 // point_number_released : the same for the corners that released points have got, the last ones of this rank;
-// Points::apart is copied from the owners of the corners. Collective.
+// Points::unshared_since is copied from the owners of the corners. Collective.
 //   in   which, turn   released points of this rank, and their positions in the order of all ranks
 //        fresh         subset of which: points that have got corners
 void point_number_released(const Model& m, const IntVec& which, const IntVec& turn, const IntVec& fresh,
@@ -142,7 +142,7 @@ inline double point_volume(const Model& m, const Points& pts, int p)
 void point_sample(const Model& m, int e, bool at_gauss, Points& pts);
 
 // point_release : gives points corners of their own, copies of the shared ones; neighbours that convert later
-// no longer share corners with their parent elements (Points::apart).
+// no longer share corners with their parent elements (Points::unshared_since).
 //   inout left   [which] their former corners, added to
 void point_release(const IntVec& which, int dim, Points& pts, ListTable& left);
 

@@ -4,7 +4,7 @@
 #include "base/comm.h"
 #include "base/grow.h"
 #include "base/log.h"
-#include "base/part_places.h"
+#include "base/part_points.h"
 #include "model/lumped.h"
 #include "point/filler.h"
 #include "shape/shape.h"
@@ -344,11 +344,11 @@ void add_adjacent(const IntVec& number, const IntVec& index, Shape shape, const 
 {
   if (std::all_of(corner, corner + nen, [&](size_t c) { return index[c] < 0; })) return;
   for (int a = 0; a < nen; ++a) {
-    part.near.item.push_back(index[corner[a]] >= 0 ? index[corner[a]] : -1 - number[corner[a]]);
-    if (index[corner[a]] < 0) part.foreign.push_back(number[corner[a]]);
+    part.outer_conn.item.push_back(index[corner[a]] >= 0 ? index[corner[a]] : -1 - number[corner[a]]);
+    if (index[corner[a]] < 0) part.outer_corner.push_back(number[corner[a]]);
   }
-  part.near.off.push_back(static_cast<int>(part.near.item.size()));
-  part.near_shape.push_back(shape);
+  part.outer_conn.off.push_back(static_cast<int>(part.outer_conn.item.size()));
+  part.outer_shape.push_back(shape);
 }
 
 // Rank of a cell, fast for queries nearly in order; not divided: this rank
@@ -540,7 +540,7 @@ long point_fill_cells(const Model& m) { return static_cast<long>(cells_with_poin
 void point_fill_ranks(IntVec& of_elem, Model& m)
 {
   CellParts c = cells_with_points(m);
-  c.part = part_places(c.X, c.work, comm_size());
+  c.part = part_points(c.X, c.work, comm_size());
   const IntVec to   = ranks_of_parts(m.mesh, of_elem, c.X, c.work, c.part);
   for (size_t b = 0; b < m.body.size(); ++b) {
     CellRanks runs;

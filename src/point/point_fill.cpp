@@ -305,7 +305,7 @@ std::vector<FaceKey> face_keys(const Points& p)
 {
   std::vector<FaceKey> out;
   std::size_t faces = 0;
-  for (const IntVec* shape : {&p.shape, &p.part.near_shape})
+  for (const IntVec* shape : {&p.shape, &p.part.outer_shape})
     for (int s : *shape) faces += static_cast<std::size_t>(shape_info[s].nface);
   out.reserve(faces);
   const auto add = [&](const ShapeInfo& info, const int* corner) {
@@ -320,7 +320,8 @@ std::vector<FaceKey> face_keys(const Points& p)
     }
   };
   for (int q = 0; q < p.npoint; ++q) add(shape_info[p.shape[q]], p.conn.begin(q));
-  for (int q = 0; q < p.part.near.size(); ++q) add(shape_info[p.part.near_shape[q]], p.part.near.begin(q));
+  for (int q = 0; q < p.part.outer_conn.size(); ++q)
+    add(shape_info[p.part.outer_shape[q]], p.part.outer_conn.begin(q));
   return out;
 }
 
@@ -328,7 +329,7 @@ std::vector<FaceKey> face_keys(const Points& p)
 void find_boundary(Points& p)
 {
   const std::vector<FaceKey> key = face_keys(p);
-  const int corners  = p.ncorner + static_cast<int>(p.part.foreign.size());
+  const int corners  = p.ncorner + static_cast<int>(p.part.outer_corner.size());
   const ListTable at = gather_lists(corners, [&](auto use) {       // faces by their last corner
     for (size_t f = 0; f < key.size(); ++f) use(key[f][3], static_cast<int>(f));
   });
@@ -367,12 +368,12 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
 
 namespace {
 
-// replaces the numbers of corners of other ranks by indices into foreign
+// replaces the numbers of corners of other ranks by indices into outer_corner
 void number_foreign(PointPart& part)
 {
-  IntVec& all = part.foreign;
+  IntVec& all = part.outer_corner;
   sort_once(all);
-  for (int& c : part.near.item)
+  for (int& c : part.outer_conn.item)
     if (c < 0) c = -1 - static_cast<int>(std::lower_bound(all.begin(), all.end(), -1 - c) - all.begin());
 }
 

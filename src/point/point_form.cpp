@@ -11,10 +11,13 @@ namespace {
 // Plastic flow does not resist a change of shape, and the law uses the mean volume of a group only: nothing
 // would keep the volume of a single point. Its deviation from the mean is penalised with this fraction of the
 // shear modulus.  Test: A17 (stress/points_flow)
-const double HOLD_OF_SHEAR = 0.1;
+const double VOLUME_PENALTY = 0.1;
 
 // stiffness of theta - thetabar of a point, of a law with plastic flow        (1.14a) force/length^2
-double point_hold(const MatLaw& law) { return law_flows(law.kind) && law.bar ? HOLD_OF_SHEAR * law.mu : 0.0; }
+double volume_penalty(const MatLaw& law)
+{
+  return law_flows(law.kind) && law.bar ? VOLUME_PENALTY * law.mu : 0.0;
+}
 
 // displacement gradient of point p: sum_c u_c (x) G_c                              (3.5)
 template <int D>
@@ -223,7 +226,7 @@ void hourglass_tangent(const Points& pts, const MatLaw& law, const KernelMode& m
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b)
         for (int i = 0; i < D; ++i)
-          ke[pair_place(a, b) * D * D + i * (D + 1)] +=
+          ke[pair_index(a, b) * D * D + i * (D + 1)] +=
               mode.s_new * g.k * g.gamma[m][corner_at[a]] * g.gamma[m][corner_at[b]];
 }
 
@@ -260,7 +263,7 @@ struct Group {
   }
   Status form(const MatLaw& law, const KernelMode& mode, int n, double* re, double* ke)
   {
-    const BarGroup g{D, static_cast<int>(V0.size()), n, dNdX.data(), V0.data(), &law, point_hold(law)};
+    const BarGroup g{D, static_cast<int>(V0.size()), n, dNdX.data(), V0.data(), &law, volume_penalty(law)};
     return bar_form(g, mode, H0.data(), H1.data(), history.data(), re, ke);
   }
 };
@@ -442,7 +445,7 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
     hourglass_tangent<D>(pts, of_body, mode, g, p, ke);
     return;
   }
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   double C[nv * nv];
   if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, C) != STATUS_OK) return;
   ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, ke);
@@ -607,7 +610,7 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
   else general_strain<3>(pts, now, l.uc, p, E, &scale);
   ip_general_from(now, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
   const double deviation = 3.0 * std::log(scale);            // thetabar - theta
-  out.psi += 0.5 * point_hold(now) * deviation * deviation;
+  out.psi += 0.5 * volume_penalty(now) * deviation * deviation;
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
       const int p = of[around.item[k]], a = around.item[k] - pts.conn.off[p], *corner = pts.conn.begin(p);
       for (int b = 0; b < pts.conn.count(p); ++b) {
         const int d       = corner[b];
-        const double mass = pts.mc(p)[a >= b ? pair_place(a, b) : pair_place(b, a)];
+        const double mass = pts.mc(p)[a >= b ? pair_index(a, b) : pair_index(b, a)];
         if (d == c) m.diag[c] += mass;
         if (d >= c) continue;
         if (last[d] < m.off[c]) {

@@ -33,22 +33,22 @@ struct Around {
   bool all() const { return own == pts.npoint; }     // all points are owned
   int here() const { return all() ? own : static_cast<int>(known.size()); }
   int number(int q) const { return all() ? q : known[q]; }       // index into Points, q < here()
-  int count() const { return here() + pts.part.near.size(); }
-  int ncorner() const { return pts.ncorner + static_cast<int>(pts.part.foreign.size()); }
-  // calls use(corner) for the corners of point q; foreign corners are numbered after the others
+  int count() const { return here() + pts.part.outer_conn.size(); }
+  int ncorner() const { return pts.ncorner + static_cast<int>(pts.part.outer_corner.size()); }
+  // calls use(corner) for the corners of point q; outer corners are numbered after the others
   template <class Use>
   void each(int q, Use use) const
   {
-    const bool foreign = q >= here();
-    const ListTable& list = foreign ? pts.part.near : pts.conn;
-    const int at = foreign ? q - here() : number(q);
+    const bool outer = q >= here();
+    const ListTable& list = outer ? pts.part.outer_conn : pts.conn;
+    const int at = outer ? q - here() : number(q);
     for (int k = list.off[at]; k < list.off[at + 1]; ++k)
       use(list.item[k] >= 0 ? list.item[k] : pts.ncorner - 1 - list.item[k]);
   }
   // number of a corner among the corners of all ranks
   int corner_number(int c) const
   {
-    return c < pts.ncorner ? pts.corner_number(c) : pts.part.foreign[c - pts.ncorner];
+    return c < pts.ncorner ? pts.corner_number(c) : pts.part.outer_corner[c - pts.ncorner];
   }
 };
 

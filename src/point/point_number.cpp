@@ -126,8 +126,8 @@ void point_number_released(const Model& m, const IntVec& which, const IntVec& tu
   for (size_t k = 0; k < which.size(); ++k)
     for (int a = 0; a < made[k]; ++a) part.corner.push_back(first[turn[k]].corners + a);
   point_find_common(m.part, point_ranks(m.part, pts), pts);
-  pts.apart.resize(pts.ncorner, 0);
-  halo_copy(part.halo, 1, pts.apart);      // also from elements that this rank does not store
+  pts.unshared_since.resize(pts.ncorner, 0);
+  halo_copy(part.halo, 1, pts.unshared_since);     // also from elements that this rank does not store
 }
 
 void point_copy_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l)

@@ -18,9 +18,9 @@ IntVec corners_of_parents(const Points& pts, const IntVec& which)
 void point_release(const IntVec& which, int dim, Points& pts, ListTable& left)
 {
   const IntVec taken = corners_of_parents(pts, which);
-  pts.apart.resize(pts.ncorner, 0);
+  pts.unshared_since.resize(pts.ncorner, 0);
   for (int c = 0; c < pts.ncorner; ++c)
-    if (taken[c] && pts.apart[c] == 0) pts.apart[c] = pts.npoint_all();
+    if (taken[c] && pts.unshared_since[c] == 0) pts.unshared_since[c] = pts.npoint_all();
   for (int p : which) {
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       for (int i = 0; i < dim; ++i) pts.Xc.push_back(pts.Xc[pts.conn.item[k] * dim + i]);

@@ -123,13 +123,13 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
 }
 
 // [ranks] position of each row of the border among the rows shared with a rank, -1: not shared
-std::vector<IntVec> common_places(const SysMatrix& A, const OwnBlock& own)
+std::vector<IntVec> common_positions(const SysMatrix& A, const OwnBlock& own)
 {
-  std::vector<IntVec> place(comm_size(), IntVec(A.halo.shared.size(), -1));
-  for (size_t r = 0; r < place.size(); ++r)
+  std::vector<IntVec> position(comm_size(), IntVec(A.halo.shared.size(), -1));
+  for (size_t r = 0; r < position.size(); ++r)
     for (size_t k = 0; k < A.halo.common[r].size(); ++k)
-      place[r][own.at[A.halo.common[r][k]] - own.inner] = static_cast<int>(k);
-  return place;
+      position[r][own.at[A.halo.common[r][k]] - own.inner] = static_cast<int>(k);
+  return position;
 }
 
 // couplings of the border on this rank and others, and the blocks shared with each rank
@@ -137,12 +137,12 @@ std::vector<IntVec> common_places(const SysMatrix& A, const OwnBlock& own)
 void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
 {
   const int ranks = comm_size();
-  const std::vector<IntVec> place = common_places(A, own);
+  const std::vector<IntVec> position = common_positions(A, own);
   std::vector<IntVec> send(ranks);
   std::sort(pairs.begin(), pairs.end());
   for (int r = 0; r < ranks; ++r)
     for (long q : pairs) {
-      const int a = place[r][row_of_pair(q)], b = place[r][col_of_pair(q)];
+      const int a = position[r][row_of_pair(q)], b = position[r][col_of_pair(q)];
       if (a < 0 || b < 0) continue;
       send[r].push_back(a);
       send[r].push_back(b);
@@ -178,7 +178,7 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
   for (int r = 0; r < ranks; ++r) {
     name.clear();
     for (size_t k = 0; k < pairs.size(); ++k) {
-      const int a = place[r][row_of_pair(pairs[k])], b = place[r][col_of_pair(pairs[k])];
+      const int a = position[r][row_of_pair(pairs[k])], b = position[r][col_of_pair(pairs[k])];
       if (a < 0 || b < 0) continue;
       name.emplace_back(pair_of(std::max(a, b), std::min(a, b)), 2 * static_cast<int>(k) + (a < b ? 1 : 0));
     }

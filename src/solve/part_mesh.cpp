@@ -3,7 +3,7 @@
 #include <numeric>
 
 #include "base/log.h"
-#include "base/part_places.h"
+#include "base/part_points.h"
 #include "solve/solve.h"
 
 #ifdef MPFE_METIS
@@ -19,7 +19,7 @@ IntVec part_by_coordinates(const Mesh& mesh, const std::vector<RealVec>& work, i
     for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
       for (int i = 0; i < 3; ++i)
         X[3 * static_cast<size_t>(e) + i] += mesh.X[3 * mesh.conn.item[k] + i] / mesh.conn.count(e);
-  return work.size() == 1 ? part_places(X, work[0], parts) : part_planes(X, work, parts);
+  return work.size() == 1 ? part_points(X, work[0], parts) : part_planes(X, work, parts);
 }
 
 #ifdef MPFE_METIS

@@ -140,13 +140,13 @@ void take_row(const FactorRows& f, const std::vector<Val>& val, int i, RealVec& 
 
 // replaces the block s of row in column J by that of L: L_IJ = (A_IJ - sum_K L_IK L_JK^T) L_JJ^-T, K < J
 template <int D>
-void eliminate(const FactorRows& f, int J, const IntVec& place, const std::vector<float>& L, RealVec& row,
+void eliminate(const FactorRows& f, int J, const IntVec& block_of, const std::vector<float>& L, RealVec& row,
                double* s, float* out)
 {
   const int DD = D * D, last = f.off[J + 1] - 1;
   for (int m = f.off[J]; m < last; ++m)
-    if (place[f.col[m]] >= 0)
-      subtract<D>(&row[static_cast<size_t>(place[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], s);
+    if (block_of[f.col[m]] >= 0)
+      subtract<D>(&row[static_cast<size_t>(block_of[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], s);
   const float* inv = &L[static_cast<size_t>(last) * DD];
   double l[DD];
   for (int i = 0; i < D; ++i)
@@ -168,7 +168,7 @@ bool factor(const FactorRows& f, const std::vector<Val>& val, const double* base
             std::vector<float>& L)
 {
   const int DD = D * D;
-  IntVec place(f.n, -1);               // [column] index of its block in the present row, -1: none
+  IntVec block_of(f.n, -1);            // [column] index of its block in the present row, -1: none
   RealVec row;
   for (int n = 0; n < f.inner; ++n) {
     const int first = f.off[n], last = f.off[n + 1] - 1;
@@ -183,11 +183,11 @@ bool factor(const FactorRows& f, const std::vector<Val>& val, const double* base
     for (int k = first; k < last; ++k) {
       double* s  = &row[static_cast<size_t>(k - first) * DD];
       float* out = &L[static_cast<size_t>(k) * DD];
-      eliminate<D>(f, f.col[k], place, L, row, s, out);
+      eliminate<D>(f, f.col[k], block_of, L, row, s, out);
       subtract<D>(s, out, diag);
-      place[f.col[k]] = k - first;
+      block_of[f.col[k]] = k - first;
     }
-    for (int k = first; k < last; ++k) place[f.col[k]] = -1;
+    for (int k = first; k < last; ++k) block_of[f.col[k]] = -1;
     double K[DD];
     if (!inverse_factor<D>(diag, least, K)) return false;
     for (int i = 0; i < DD; ++i) L[static_cast<size_t>(last) * DD + i] = static_cast<float>(K[i]);
@@ -202,26 +202,27 @@ void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& bor
                    std::vector<float>& left)
 {
   const int DD = D * D;
-  IntVec place(f.n, -1);
+  IntVec block_of(f.n, -1);
   RealVec row;
   for (int n = f.inner; n < f.n; ++n) {
     const int first = f.off[n], last = f.off[n + 1], b = n - f.inner;
     take_row<D>(f, val, n, row);
     for (int k = first; k < last; ++k) {
-      eliminate<D>(f, f.col[k], place, L, row, &row[static_cast<size_t>(k - first) * DD],
+      eliminate<D>(f, f.col[k], block_of, L, row, &row[static_cast<size_t>(k - first) * DD],
                    &L[static_cast<size_t>(k) * DD]);
-      place[f.col[k]] = k - first;
+      block_of[f.col[k]] = k - first;
     }
     for (int q = border.off[b]; q < border.off[b + 1]; ++q) {
       const int other = f.inner + border.col[q];
       double sum[DD];
       std::copy_n(&left[static_cast<size_t>(q) * DD], DD, sum);
       for (int m = f.off[other]; m < f.off[other + 1]; ++m)
-        if (place[f.col[m]] >= 0)
-          subtract<D>(&row[static_cast<size_t>(place[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], sum);
+        if (block_of[f.col[m]] >= 0)
+          subtract<D>(&row[static_cast<size_t>(block_of[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD],
+                      sum);
       for (int i = 0; i < DD; ++i) left[static_cast<size_t>(q) * DD + i] = static_cast<float>(sum[i]);
     }
-    for (int k = first; k < last; ++k) place[f.col[k]] = -1;
+    for (int k = first; k < last; ++k) block_of[f.col[k]] = -1;
   }
 }
 

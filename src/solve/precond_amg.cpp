@@ -238,24 +238,25 @@ void fill_entries(AmgData& d)
   log_bug("fill_entries: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
 }
 
-// translations and rotations of a rigid body at the rows of this rank, about the centre of all rows; place
-// [neq], of all ranks: positions. Without it, translations only
-std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
+// translations and rotations of a rigid body at the rows of this rank, about the centre of all rows;
+// positions [neq]: of all ranks; null: translations only
+std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* positions)
 {
   const int D = d.M->dim;
   const size_t n = d.row.size();
-  std::vector<RealVec> motion(!place ? D : D == 3 ? 6 : D == 2 ? 3 : 1, RealVec(n * D, 0.0));
+  std::vector<RealVec> motion(!positions ? D : D == 3 ? 6 : D == 2 ? 3 : 1, RealVec(n * D, 0.0));
   for (size_t l = 0; l < n; ++l)
     for (int i = 0; i < D; ++i) motion[i][l * D + i] = 1.0;
-  if (!place) return motion;
+  if (!positions) return motion;
   double mean[3] = {0, 0, 0}, size = 0.0;
-    for (size_t k = 0; k < place->size(); ++k)
-    mean[k % D] += (d.own ? d.own->once[k] : 1.0) * (*place)[k] / d.nall;
+    for (size_t k = 0; k < positions->size(); ++k)
+    mean[k % D] += (d.own ? d.own->once[k] : 1.0) * (*positions)[k] / d.nall;
   if (d.own) comm_sum(mean, 3);
-  for (size_t k = 0; k < place->size(); ++k) size = std::max(size, std::fabs((*place)[k] - mean[k % D]));
+  for (size_t k = 0; k < positions->size(); ++k)
+    size = std::max(size, std::fabs((*positions)[k] - mean[k % D]));
   if (d.own) size = comm_allreduce_max(size);
   for (size_t l = 0; l < n; ++l) {
-    const double* x = &(*place)[static_cast<size_t>(d.row[l]) * D];
+    const double* x = &(*positions)[static_cast<size_t>(d.row[l]) * D];
     for (int i = 1, m = D; i < D; ++i)
       for (int j = 0; j < i; ++j, ++m) {
         motion[m][l * D + i] = (x[j] - mean[j]) / size;
@@ -464,9 +465,9 @@ bool create_matrices(AmgData& d)
          set_operation(d.matrix, MATOP_MULT, multiply);
 }
 
-bool give_motions(AmgData& d, const RealVec* place)
+bool give_motions(AmgData& d, const RealVec* positions)
 {
-  const std::vector<RealVec> motion = rigid_motions(d, place);
+  const std::vector<RealVec> motion = rigid_motions(d, positions);
   std::vector<Vec> v(motion.size(), nullptr);
   bool good = true;
   for (size_t m = 0; m < v.size(); ++m) good = good && create_vector(d, &motion[m], &v[m]);
@@ -510,7 +511,7 @@ bool refine(bool begin, AmgData& d)
          !petsc->KSPSetTolerances(smoother, 0.0, 0.0, 1e30, 1) && !petsc->KSPSetUp(smoother);
 }
 
-bool form_hierarchy(AmgData& d, const RealVec* place)
+bool form_hierarchy(AmgData& d, const RealVec* positions)
 {
   // one rank: the default takes a third longer; on several ranks there is no choice
   if (!d.own && petsc->PetscOptionsSetValue(nullptr, "-matptap_via", "rap")) return false;
@@ -518,7 +519,8 @@ bool form_hierarchy(AmgData& d, const RealVec* place)
   return create_vector(d, nullptr, &d.in) && create_vector(d, nullptr, &d.out) && create_matrices(d) &&
          !petsc->PCCreate(comm, &d.multigrid) && !petsc->PCSetOptionsPrefix(d.multigrid, "mpfe_") &&
          !petsc->PCSetType(d.multigrid, PCGAMG) && !petsc->PCSetFromOptions(d.multigrid) &&
-         !petsc->PCSetOperators(d.multigrid, d.matrix, d.matrix) && give_motions(d, place) && refine(true, d);
+         !petsc->PCSetOperators(d.multigrid, d.matrix, d.matrix) && give_motions(d, positions) &&
+         refine(true, d);
 }
 
 // recomputes the coarse matrices, with the same interpolation
@@ -545,7 +547,7 @@ void take_matrix(const SysMatrix& M, OwnBlock* own, const Cholesky& L, AmgData& 
   d.val.assign(M.val.begin(), M.val.end());
 }
 
-bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
+bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& positions,
            AmgData& d)
 {
   take_matrix(M, own, L, d);
@@ -573,8 +575,8 @@ bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::func
     d.z.resize(d.r.size());
   }
   fill_entries(d);
-  const RealVec at = place ? place() : RealVec();
-  return !comm_allreduce_max(!form_hierarchy(d, place ? &at : nullptr));
+  const RealVec at = positions ? positions() : RealVec();
+  return !comm_allreduce_max(!form_hierarchy(d, positions ? &at : nullptr));
 }
 
 }  // namespace
@@ -586,19 +588,19 @@ bool amg_there() { return (petsc = petsc_open()) != nullptr; }
 //
 //   in   M       A; several ranks: the contribution of this one
 //        L       incomplete factor of M, the smoother of the finest level
-//        place   [neq] positions of the nodes of all rows; empty: unknown
+//        positions   [neq] positions of the nodes of all rows; empty: unknown
 //   out  data    the hierarchy. For the same pattern the coarse matrices are kept until the additional
 //                iterations exceed the cost of new ones
 //   false: PETSc is not available, or failed
 // ---------------------------------------------------------------------------
-bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
+bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& positions,
               long stamp, std::shared_ptr<AmgData>& data)
 {
   if (!amg_there()) return false;
   if (!data || !same_pattern(*data, M, own)) {
     data        = std::make_shared<AmgData>();
     data->stamp = stamp;
-    if (begin(M, own, L, place, *data)) return true;
+    if (begin(M, own, L, positions, *data)) return true;
     data.reset();
     return false;
   }

@@ -147,9 +147,9 @@ void take_grid(const SysMatrix& A, GridBlock& g, const IntVec& set, RealVec& C)
 {
   const int D = A.dim, m = static_cast<int>(set.size()) * D, n = g.size();
   if (n == 0) return;
-  IntVec place(g.first, -1);
+  IntVec in_set(g.first, -1);
   for (size_t k = 0; k < set.size(); ++k)
-    if (set[k] >= 0) place[set[k]] = static_cast<int>(k);
+    if (set[k] >= 0) in_set[set[k]] = static_cast<int>(k);
   struct Part {
     int row, col;              // in the grid, in the set
     const double* a;
@@ -158,8 +158,8 @@ void take_grid(const SysMatrix& A, GridBlock& g, const IntVec& set, RealVec& C)
   std::vector<char> tied(set.size(), 0);
   for (int I = g.first; I < A.nrow; ++I)
     for (int k = A.off[I]; k < A.off[I + 1] && A.col[k] < g.first; ++k)
-      if (place[A.col[k]] >= 0) {
-        part.push_back({I - g.first, place[A.col[k]], &A.val[static_cast<size_t>(k) * D * D]});
+      if (in_set[A.col[k]] >= 0) {
+        part.push_back({I - g.first, in_set[A.col[k]], &A.val[static_cast<size_t>(k) * D * D]});
         tied[part.back().col] = 1;
       }
   RealVec x(n);
@@ -254,7 +254,7 @@ Status add_columns(Solver& s, Changed& c, const IntVec& rows)
   c.V.emplace_back(fresh.begin(), fresh.end());
   const int before = static_cast<int>(c.set.size()) * D;
   for (int row : rows) {
-    c.place[row] = static_cast<int>(c.set.size());
+    c.in_set[row] = static_cast<int>(c.set.size());
     c.set.push_back(row);
   }
   const int m = static_cast<int>(c.set.size()) * D;
@@ -327,7 +327,7 @@ void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Ch
   c.row_of.clear();
   c.row_of.reserve(key.size());
   for (size_t i = 0; i < key.size(); ++i) c.row_of[key[i]] = static_cast<int>(i);
-  c.place.assign(nfe, -1);
+  c.in_set.assign(nfe, -1);
   c.set.clear();
   c.V.clear();
   c.F.clear();
@@ -357,7 +357,7 @@ bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, i
   find_changed(A, nfe, c, in);
   IntVec rows;
   for (int J = 0; J < c.nfe; ++J)
-    if (in[J] && c.place[J] < 0) rows.push_back(J);
+    if (in[J] && c.in_set[J] < 0) rows.push_back(J);
   c.on = (c.set.size() + rows.size()) * A.dim <= MAX_CHANGED;
   c.columns = static_cast<int>(rows.size()) * A.dim;
   if (c.on && !rows.empty()) c.on = add_columns(s, c, rows) == STATUS_OK;
@@ -381,7 +381,7 @@ Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r
   // 2. elements
   c.y.assign(neq, 0.0);
   for (int I = 0; I < nfe; ++I)
-    if (c.place[c.old[I]] < 0)
+    if (c.in_set[c.old[I]] < 0)
       for (int i = 0; i < D; ++i) c.y[c.old[I] * D + i] = rf[I * D + i];
   const Status status = solve_back_rough(s, c.y, c.y);
   if (status != STATUS_OK) return status;

@@ -167,7 +167,7 @@ struct SolveTask {
   bool inertia = false;             // A includes masses
   bool known_regular = false;       // A is known to be regular before it is factorised
   bool plain = false;               // only elements contribute to A: no points, bonds, contact, fracture
-  std::function<RealVec()> place = nullptr;      // [neq] positions of the nodes of the rows; empty: unknown
+  std::function<RealVec()> positions = nullptr;  // [neq] of the nodes of the rows; empty: unknown
 };
 
 // solve_open : AUTO and CG factorise by MUMPS if it is built in, else by SKYLINE. Returns false if the kind

@@ -159,7 +159,7 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
   w.r = b;
   w.z.resize(n);
   w.p.assign(n, 0.0);
-  if (goal.begun > 0.0) {
+  if (goal.initial_energy > 0.0) {
     multiply(s, x, w.q);
     add(-1.0, w.q, w.r);
     length = norm(s, w.r);
@@ -172,14 +172,14 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
     done.end = std::sqrt(rho);
     if (done.iterations == 0) {
       done.first = done.end;
-      done.start = std::sqrt(rho + goal.begun);
+      done.start = std::sqrt(rho + goal.initial_energy);
     }
     const double energy = std::max(goal.eta * done.start, goal.energy);
     if (done.end <= energy && length <= residual) {
       done.good = true;
       return done;
     }
-    if (done.iterations >= goal.most) return done;
+    if (done.iterations >= goal.max_iterations) return done;
     turn(done.iterations ? rho / before : 0.0, w.z, w.p);
     Products sum;
     if (both) sum = multiply_both(s, w.p, w.r, w.q);

@@ -103,7 +103,7 @@ struct Changed {
   long stamp = -1;             // of the matrix for which the rest is valid
   IntVec old, now;             // rows of elements: [present] row of A0; [A0] present row, -1: removed
   int columns = 0;             // of V added last
-  IntVec set, place;           // old rows that have changed or were removed; [nfe] index into set, -1: none
+  IntVec set, in_set;          // old rows that have changed or were removed; [nfe] index into set, -1: none
   // columns A0^-1 e of the set, [A0.neq] each; rows added at the same time are in one vector
   std::vector<std::vector<float>> V;
   RealVec F, G;                // rows of V in the set, double; their inverse            [set*dim][set*dim]
@@ -127,8 +127,8 @@ struct CgGoal {                // both norms must converge
   double eta = 0.0;            // tolerance relative to b, in either norm
   double energy = 0.0;         // or absolute, of sqrt(r M^-1 r)
   double residual = 0.0;       // or absolute, of the norm of r
-  int most = 0;                // iterations
-  double begun = 0.0;          // energy b x of the initial x, 0: x = 0
+  int max_iterations = 0;
+  double initial_energy = 0.0; // b x of the initial x, 0: x = 0
   bool any_sign = false;       // continue in directions of negative curvature
 };
 
@@ -259,7 +259,7 @@ Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealV
 
 // precond_amg.cpp; without MPFE_PETSC all fail
 bool amg_there();
-bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
+bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& positions,
               long stamp, std::shared_ptr<AmgData>& data);
 bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho);
 bool amg_count(AmgData& d, const CgDone& done);

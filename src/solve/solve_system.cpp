@@ -12,7 +12,8 @@ namespace {
 // Tests: SPEED (speed/guard: seconds, speed/reuse: answers)
 const long PAUSE    = 50;      // solutions until a slower method is tried again; doubled if it fails
 const int MAX_ITERATIONS = 5000;
-const double CUBE   = 3.6;     // iterations with the incomplete factor, cube of elements: times cbrt(nodes)
+// iterations with the incomplete factor for a cube of elements: times cbrt(nodes)
+const double CUBE_ITERATIONS = 3.6;
 // iterations with the incomplete factor for 8 digits, above which multigrid is faster; cost of a multigrid
 // solution in such iterations (3.7 per iteration, set-up 100 to 150 for all systems that share it)
 const double AMG_FROM = 130.0, AMG_WORK = 70.0;
@@ -154,14 +155,14 @@ int counted_limit(const SolverData& d, SolvePath path, double seconds)
 // In dynamics the first systems are solved without a factorisation, which in 3D is expensive and whose
 // factors would take most of the memory; more iterations mean that dt is so large that inertia no longer
 // conditions the matrix. In 2D on one rank factors are cheap and soon pay off
-const int FAST = 60, FAST_PLANE = 15;
+const int FIRST_ITERATIONS = 60, FIRST_ITERATIONS_2D = 15;
 
-int fast_limit(int dim) { return dim == 2 && !several() ? FAST_PLANE : FAST; }
+int first_limit(int dim) { return dim == 2 && !several() ? FIRST_ITERATIONS_2D : FIRST_ITERATIONS; }
 
-bool moves_fast(const SolverData& d, const SolveTask& task, int dim)
+bool inertia_dominates(const SolverData& d, const SolveTask& task, int dim)
 {
   const PathCost& c = d.cost.path[PATH_CHOLESKY];
-  return task.inertia && !d.factored && (!c.known || c.rate * fast_limit(dim) >= task.digits);
+  return task.inertia && !d.factored && (!c.known || c.rate * first_limit(dim) >= task.digits);
 }
 
 // in dynamics conjugate gradients reach the accuracy of a factorisation with enough iterations, and need no
@@ -176,7 +177,7 @@ SolveTask exact_in_motion(const Solver& s, const SolveTask& task, int dim)
   by.eta      = EXACT;
   by.energy = by.residual = 0.0;
   by.digits = -std::log10(EXACT);
-  return moves_fast(*s.data, by, dim) ? by : task;
+  return inertia_dominates(*s.data, by, dim) ? by : task;
 }
 
 // seconds of a solution by factorisation
@@ -232,7 +233,8 @@ bool broken_by_cg(const Solver& s, const SysMatrix& A, const SolveTask& task, lo
   if (A.dim != 3 || s.def.kind != SOLVER_AUTO || now < d.cost.again) return false;
   const double direct = d.factored || d.cost.guess > 0.0 ? direct_seconds(d, solve_same_pattern(s, A)) : 0.0;
   const bool known    = c.known && !due(c, now);
-  const double cg     = known ? expected(c, task.digits) : cholesky_guess(d, CUBE * std::cbrt(d.cost.rows));
+  const double cg     = known ? expected(c, task.digits)
+                              : cholesky_guess(d, CUBE_ITERATIONS * std::cbrt(d.cost.rows));
   limit = 2.0 * direct;
   return cg < 0.5 * direct;
 }
@@ -278,7 +280,7 @@ double cholesky_iterations(const Solver& s)
 {
   const PathLog& l = s.path[PATH_CHOLESKY];
   return l.digits > 0.0 ? 8.0 * static_cast<double>(l.iterations) / l.digits
-      : CUBE * std::cbrt(s.data->cost.rows);
+      : CUBE_ITERATIONS * std::cbrt(s.data->cost.rows);
 }
 
 // 3D elements, where the incomplete factor needs so many iterations that multigrid is faster, and a
@@ -286,7 +288,7 @@ double cholesky_iterations(const Solver& s)
 bool amg_pays(Solver& s, const SysMatrix& A, const SolveTask& task)
 {
   const SolverData& d = *s.data;
-  if (A.dim != 3 || task.inertia || !task.plain || !task.place || amg_waits(d) || factors_fit(d, task) ||
+  if (A.dim != 3 || task.inertia || !task.plain || !task.positions || amg_waits(d) || factors_fit(d, task) ||
       cholesky_iterations(s) < AMG_FROM)
     return false;
   if (!d.factored && !without_factors(s, A, task)) return false;
@@ -340,7 +342,7 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveTask& task, long now,
   }
   if (small || task.exact || task.broken) return PATH_FACTOR;
   if (amg_pays(s, A, task)) return PATH_AMG;
-  if (moves_fast(d, task, A.dim)) return PATH_CHOLESKY;
+  if (inertia_dominates(d, task, A.dim)) return PATH_CHOLESKY;
   if (!d.factored && !without_factors(s, A, task)) return PATH_FACTOR;
   return fastest(s, task, solve_same_pattern(s, A), now, limit);
 }
@@ -509,7 +511,7 @@ bool amg_form_way(Solver& s, const SysMatrix&, const SolveTask& task, CgSystem& 
 {
   SolverData& d = *s.data;
   return cholesky_ready(d, c.A, c.own, task) &&
-         amg_form(c.A, c.own, d.cholesky, task.place, task.stamp, d.amg);
+         amg_form(c.A, c.own, d.cholesky, task.positions, task.stamp, d.amg);
 }
 
 bool diagonal_form_way(Solver& s, const SysMatrix&, const SolveTask&, CgSystem& c)
@@ -587,13 +589,13 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveTask& task, Solv
   const double safety = way[path].safety;
   int iterations      = way[path].iterations;        // at most
   if (limit < NEVER) iterations = std::min(iterations, counted_limit(d, path, limit));
-  if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && moves_fast(d, task, A.dim))
-    iterations = std::min(iterations, fast_limit(A.dim) + 1);
+  if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && inertia_dominates(d, task, A.dim))
+    iterations = std::min(iterations, first_limit(A.dim) + 1);
   if (old) iterations = std::min(iterations, kept_limit(A.dim, d.cholesky, task));
   CgGoal goal{safety * task.eta, safety * task.energy, task.residual, iterations};
   const bool same = path == PATH_REUSED && d.reused.same;    // a product with A costs little compared with M
   goal.any_sign = task.inertia;
-  if (same) goal.begun = cg_begin(c, b, d.past, x);
+  if (same) goal.initial_energy = cg_begin(c, b, d.past, x);
   done = cg_solve(c, b, goal, d.work, x);
   if (same && done.good) remember_solution(d.past, x);
   if (path == PATH_CHOLESKY) cholesky_judge(done, d.cholesky);

@@ -77,7 +77,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   if (s.proc == PROC_STATIC || scheme_of(s).acceleration) step_undo_points(st, p.d.share, u);
   {
     Timer timer(PHASE_FRACTURE);
-    if (!convert.empty() || !torn.empty()) bond_tell(p.m, st.bonds, st.n);
+    if (!convert.empty() || !torn.empty()) bond_copy_contact(p.m, st.bonds, st.n);
     if (!torn.empty()) frac_release(p.m, p.d.fm, torn, convert.empty(), st);
     RealVec gain;
     frac_erode(p.m, s, p.d.el, p.d.fm, erode, st.frac, st.n, gain);
@@ -185,7 +185,8 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     frac_when(p.m, s, p.d.el, p.d.fm, p.st.frac, before.n, p.st.n, erode);
     std::stable_sort(erode.begin(), erode.end(),
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
-    if (converts && s.proc == PROC_DYNAMIC) frac_torn(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
+    if (converts && s.proc == PROC_DYNAMIC)
+      frac_to_release(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
     Failure failure = apply(p, s, erode, torn, convert, before);
     if (!failure.ok()) return failure;

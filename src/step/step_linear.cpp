@@ -201,7 +201,7 @@ SolveTask solve_task(Problem& p, const Attempt& a, int it, double residual, doub
                   (task.inertia || (!singular && supported(p)));
   task.digits = -std::log10(std::max(task.eta, FINAL * l.residual / residual));
   task.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
-  if (!task.inertia || p.m.solver.kind == SOLVER_AMG) task.place = [&p] { return row_positions(p); };
+  if (!task.inertia || p.m.solver.kind == SOLVER_AMG) task.positions = [&p] { return row_positions(p); };
   return task;
 }
 

@@ -292,7 +292,7 @@ void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
   const bool here  = st.laid.made == p.d.grid.made;
   const bool meets = here && p.d.grid.meets;
   stays = st.points.npoint_all() && grid_stays(p.m, st.points, st.bonds, st.laid, meets, st.n.uc, xb);
-  known = stays && here && grid_covers(st.points, st.bonds, p.d.mine, p.d.grid);
+  known = stays && here && grid_covers(st.points, st.bonds, p.d.owned, p.d.grid);
   if (!p.m.part.on || st.points.npoint_all() == 0) return;
   double no[2] = {stays ? 0.0 : 1.0, known ? 0.0 : 1.0};
   comm_max(no, 2);
@@ -310,7 +310,7 @@ Failure lay_grid(Problem& p, const RealVec& xb, bool stays)
     int worst = 0;
     if (!stays) st.laid = {st.n.uc, xb};
     const Status status =
-        grid_activate(p.m, st.points, st.bonds, p.d.mine, st.laid.uc, st.laid.xb, p.d.grid, &worst);
+        grid_activate(p.m, st.points, st.bonds, p.d.owned, st.laid.uc, st.laid.xb, p.d.grid, &worst);
     st.laid.made = p.d.grid.made;
     Failure failure = status;
     if (!failure.ok()) failure = {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
@@ -431,7 +431,7 @@ Failure step_prepare(Problem& p, const Step& s)
   }
   point_groups(st.points, p.d.point_law);
   if (p.m.part.window) dof_share_points(p.m, p.d.el, st.n.uc, st.points, st.division);
-  dof_share_grid(p.m, st.points, st.bonds, p.d.pairs, st.division, p.d.mine);
+  dof_share_grid(p.m, st.points, st.bonds, p.d.pairs, st.division, p.d.owned);
   bool stays, known;
   grid_serves(p, xb, stays, known);
   if (known) {

@@ -70,7 +70,7 @@ struct Element {
       LawOutput out;
       EXPECT_TRUE(law_update(law, finite, &E[6 * q], &from[MAX_HISTORY * q], h1, false, out));
       sum += w[q] * (out.psi + (law.kind == LAW_J2 ? h1[HISTORY_DISSIPATED] : 0.0));
-      sum += w[q] * 4.5 * g.hold * std::pow(std::log(scale[q]), 2);        // thetabar - theta = 3 ln scale
+      sum += w[q] * 4.5 * g.volume_penalty * std::pow(std::log(scale[q]), 2);        // thetabar - theta = 3 ln scale
     }
     return sum;
   }
@@ -87,8 +87,8 @@ RealVec random_vector(std::mt19937& gen, int n, double size)
 double entry(const RealVec& ke, int dim, int i, int j)
 {
   const int a = i / dim, b = j / dim;
-  return a >= b ? ke[pair_place(a, b) * dim * dim + (i % dim) * dim + j % dim]
-                : ke[pair_place(b, a) * dim * dim + (j % dim) * dim + i % dim];
+  return a >= b ? ke[pair_index(a, b) * dim * dim + (i % dim) * dim + j % dim]
+                : ke[pair_index(b, a) * dim * dim + (j % dim) * dim + i % dim];
 }
 
 }  // namespace

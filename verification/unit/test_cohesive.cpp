@@ -26,7 +26,7 @@ MatLaw cohesive(const Material& m, Plane plane, Softening s)
   law.crack.gc        = 0.01;
   law.crack.dim       = plane == PLANE_NONE ? 3 : 2;
   law.crack.nodes     = plane == PLANE_NONE ? 8 : 4;
-  law.crack.place     = plane == PLANE_NONE ? cube : square;
+  law.crack.X     = plane == PLANE_NONE ? cube : square;
   return law;
 }
 
@@ -191,7 +191,7 @@ TEST(Cohesive, BeginsToOpenWithItsTangent)
     for (int trial = 0; trial < 10; ++trial) {
       Crack b(plane, SOFTENING_LINEAR);
       b.law.crack.nodes = 8192;
-      b.law.crack.place = disc.data();
+      b.law.crack.X = disc.data();
       double E[6], h1[MAX_HISTORY] = {0};
       random_strain(gen, 0.03, plane, E);
       ASSERT_TRUE(b.at(E, b.out, h1));

@@ -215,7 +215,7 @@ double tangent_error(const Sample& s, const KernelMode& mode)
     for (int b = 0; b <= a; ++b)
       for (int i = 0; i < d; ++i)
         for (int j = 0; j < d; ++j) {
-          const double k = ke[pair_place(a, b) * d * d + i * d + j];
+          const double k = ke[pair_index(a, b) * d * d + i * d + j];
           worst = std::fmax(worst, std::fabs(k - num[(a * d + i) * n + b * d + j]));
           worst = std::fmax(worst, std::fabs(k - num[(b * d + j) * n + a * d + i]));
           size  = std::fmax(size, std::fabs(k));
@@ -249,7 +249,7 @@ double energy(const Sample& s, const RealVec& u)
 template <int D>
 double gradient_error(Split split, double dissipation, unsigned seed)
 {
-  constexpr int nv = VoigtPlace<D>::nv;
+  constexpr int nv = VoigtIndex<D>::nv;
   const MatLaw law = broken_law(law_of(D == 3 ? PLANE_NONE : PLANE_STRAIN), split, D);
   const KernelMode mode = energy_momentum(dissipation);
   double E0[D * D], E1[D * D], S[D * D], C[nv * nv], num[nv * nv];
@@ -266,7 +266,7 @@ double gradient_error(Split split, double dissipation, unsigned seed)
     double up[D * D], down[D * D], Su[D * D], Sd[D * D];
     std::copy(E1, E1 + D * D, up);
     std::copy(E1, E1 + D * D, down);
-    const int row = VoigtPlace<D>::row[j], col = VoigtPlace<D>::col[j];
+    const int row = VoigtIndex<D>::row[j], col = VoigtIndex<D>::col[j];
     // an engineering shear is halved by its two places, a normal strain is not
     up[row * D + col] += 0.5 * h;
     up[col * D + row] += 0.5 * h;
@@ -275,7 +275,7 @@ double gradient_error(Split split, double dissipation, unsigned seed)
     split_stress<D>(law, mode, E0, up, Su, nullptr);
     split_stress<D>(law, mode, E0, down, Sd, nullptr);
     for (int i = 0; i < nv; ++i) {
-      const int k = VoigtPlace<D>::row[i] * D + VoigtPlace<D>::col[i];
+      const int k = VoigtIndex<D>::row[i] * D + VoigtIndex<D>::col[i];
       num[i * nv + j] = (Su[k] - Sd[k]) / (2 * h);
     }
   }
@@ -318,7 +318,7 @@ void element_sums(const Trial& r, double& mass, double& kinetic, double* momentu
       const int n = shape_info[b.shape].nen, *node = r.m.mesh.conn.begin(b.elem[slot]);
       for (int a = 0; a < n; ++a)
         for (int c = 0; c < n; ++c) {
-          const double w = me[a >= c ? pair_place(a, c) : pair_place(c, a)];
+          const double w = me[a >= c ? pair_index(a, c) : pair_index(c, a)];
           mass += w;
           for (int i = 0; i < r.m.dim; ++i) {
             momentum[i] += w * r.st.n.v[node[c] * r.m.dim + i];
@@ -385,7 +385,7 @@ TEST(Broken, ShearHoldAgainstDifferences)
   double E[9], S[9] = {0}, C[36] = {0};
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) E[3 * i + j] = r[3 * i + j] + r[3 * j + i];
-  hold_shear<3>(law.N, 0.7, E, S, C);
+  add_shear_stiffness<3>(law.N, 0.7, E, S, C);
   double Sn = 0.0, energy = 0.0;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
@@ -397,8 +397,8 @@ TEST(Broken, ShearHoldAgainstDifferences)
   for (int a = 0; a < 6; ++a) {
     double sum = 0.0;
     for (int b = 0; b < 6; ++b)
-      sum += C[6 * a + b] * E[3 * VoigtPlace<3>::row[b] + VoigtPlace<3>::col[b]] * (b < 3 ? 1.0 : 2.0);
-    EXPECT_NEAR(S[3 * VoigtPlace<3>::row[a] + VoigtPlace<3>::col[a]], sum, 1e-15);
+      sum += C[6 * a + b] * E[3 * VoigtIndex<3>::row[b] + VoigtIndex<3>::col[b]] * (b < 3 ? 1.0 : 2.0);
+    EXPECT_NEAR(S[3 * VoigtIndex<3>::row[a] + VoigtIndex<3>::col[a]], sum, 1e-15);
   }
   double v[3], en = 0.0, shear2 = 0.0;               // k/2 sum of (2 E_na)^2
   for (int i = 0; i < 3; ++i) {
@@ -511,7 +511,7 @@ TEST(Broken, PointTangentAgainstDifferences)
           point_corner_force(m, p, law, mode, down, down, {0}, {}, fd, &bad);
           for (int a = b; a < n; ++a)
             for (int i = 0; i < d; ++i) {
-              const double k = ke[pair_place(a, b) * d * d + i * d + j];
+              const double k = ke[pair_index(a, b) * d * d + i * d + j];
               worst = std::fmax(worst,
                                 std::fabs(k - (fu[corner[a] * d + i] - fd[corner[a] * d + i]) / (2 * h)));
               size  = std::fmax(size, std::fabs(k));
@@ -570,7 +570,7 @@ TEST(FracMesh, NearFindsWhatLiesInTheBall)
     for (int e = 0; e < nelem; e += 7) {
       IntVec seen(nelem, 0);
       const double* x = &r.fm.centre[3 * e];
-      frac_near(r.fm, x, radius, [&](int o, double distance) {
+      frac_in_ball(r.fm, x, radius, [&](int o, double distance) {
         ++seen[o];
         EXPECT_LT(distance, radius);
       });
@@ -819,12 +819,12 @@ TEST(Conversion, TornPointsComeOff)
     EXPECT_GT(r.st.bonds.nbond, 0);
     IntVec torn;
     for (double& u : r.st.n.uc) u *= 0.1;
-    frac_torn(m, r.fm, r.st.frac, p, r.st.n, torn);
+    frac_to_release(m, r.fm, r.st.frac, p, r.st.n, torn);
     EXPECT_TRUE(torn.empty()) << shape;
     for (int i = 0; i < p.ncorner * m.dim; ++i)        // one corner is pulled away; or all come closer
       if (crushed) r.st.n.uc[i] = -0.35 * p.Xc[i];
       else if (i / m.dim == p.conn.begin(0)[0]) r.st.n.uc[i] = -3.0;
-    frac_torn(m, r.fm, r.st.frac, p, r.st.n, torn);
+    frac_to_release(m, r.fm, r.st.frac, p, r.st.n, torn);
     ASSERT_FALSE(torn.empty()) << shape;
     double energy, momentum[3], L[3], now_energy, now[3], now_L[3], mass = 0.0;
     for (double q : p.mass) mass += q;
@@ -848,7 +848,7 @@ TEST(Conversion, TornPointsComeOff)
       EXPECT_NEAR(0.0, f.psi, 1e-14) << shape;
     }
     IntVec again;
-    frac_torn(m, r.fm, r.st.frac, p, r.st.n, again);
+    frac_to_release(m, r.fm, r.st.frac, p, r.st.n, again);
     EXPECT_TRUE(again.empty()) << shape;
     // a neighbour shares no corner with an element that has come apart
     IntVec rest;

@@ -363,7 +363,7 @@ TEST(Divided, PointsOfElementsNearby)
   Points whole, pts;
   ASSERT_EQ(0, point_fill(of_all, whole));
   ASSERT_EQ(0, point_fill(m, pts));
-  const int known = pts.npoint + pts.part.near.size(), layer = 16;
+  const int known = pts.npoint + pts.part.outer_conn.size(), layer = 16;
   RealVec elems(of_all.mesh.nelem(), 0.0), points(whole.npoint, 0.0);
   int outer = 0;
   for (int e = 0; e < m.mesh.nelem(); ++e) {
@@ -521,7 +521,7 @@ TEST(Domain, EqualCellsAreOfFewKinds)
       double sum = 0.0, mass = 0.0;
       for (int c = 0; c < 4; ++c) sum += w[c];
       for (int c = 0; c < 4; ++c)
-        for (int d = 0; d < 4; ++d) mass += mc[c >= d ? pair_place(c, d) : pair_place(d, c)];
+        for (int d = 0; d < 4; ++d) mass += mc[c >= d ? pair_index(c, d) : pair_index(d, c)];
       EXPECT_NEAR(1.0, sum, 1e-15);
       EXPECT_NEAR(pts.mass[p], mass, 1e-15 * mass);
     }

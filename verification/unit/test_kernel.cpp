@@ -124,7 +124,7 @@ RealVec tangent_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode
     for (int b = 0; b <= a; ++b)
       for (int i = 0; i < d; ++i)
         for (int j = 0; j < d; ++j) {
-          const double k = ke[pair_place(a, b) * d * d + i * d + j];
+          const double k = ke[pair_index(a, b) * d * d + i * d + j];
           K[(a * d + i) * n + b * d + j] = k;
           K[(b * d + j) * n + a * d + i] = k;
         }
@@ -434,13 +434,13 @@ TEST(Element, LumpedMassHasTheSumsOfTheRows)
     for (int a = 0; a < e.nen; ++a) {
       double row = 0.0;
       for (int c = 0; c < e.nen; ++c) {
-        row += consistent[a >= c ? pair_place(a, c) : pair_place(c, a)];
+        row += consistent[a >= c ? pair_index(a, c) : pair_index(c, a)];
         if (c < a) {
-          EXPECT_EQ(0.0, lumped[pair_place(a, c)]);
+          EXPECT_EQ(0.0, lumped[pair_index(a, c)]);
         }
       }
       EXPECT_GT(row, 0.0);
-      EXPECT_NEAR(row, lumped[pair_place(a, a)], 1e-15) << s;
+      EXPECT_NEAR(row, lumped[pair_index(a, a)], 1e-15) << s;
     }
   }
 }

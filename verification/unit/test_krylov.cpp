@@ -121,11 +121,11 @@ TEST(Krylov, BeginsWithEarlierSolutions)
   ASSERT_TRUE(cg_solve(system, c, goal, w, y).good);
   RealVec both = b;
   for (size_t i = 0; i < b.size(); ++i) both[i] = 2.0 * b[i] - c[i];
-  CgGoal begun = goal;
-  begun.eta    = 1e-8;
-  begun.begun  = cg_begin(system, both, {x, y, x}, z);            // a solution twice does no harm
-  EXPECT_NEAR(dot(both, z), begun.begun, 1e-9 * begun.begun);
-  const CgDone done = cg_solve(system, both, begun, w, z);
+  CgGoal warm = goal;
+  warm.eta    = 1e-8;
+  warm.initial_energy  = cg_begin(system, both, {x, y, x}, z);            // a solution twice does no harm
+  EXPECT_NEAR(dot(both, z), warm.initial_energy, 1e-9 * warm.initial_energy);
+  const CgDone done = cg_solve(system, both, warm, w, z);
   EXPECT_TRUE(done.good);
   EXPECT_EQ(done.iterations, 0);
   EXPECT_LT(residual(k.A, both, z), 1e-9);
@@ -449,7 +449,7 @@ TEST(Krylov, MultigridSeesSmoothModes)
   const Plate p   = plate(120, 8, 1.0);
   const RealVec b = right_hand_side(p.A);
   SolveTask a = ask(p.key, 1);
-  a.place    = [&p] { return p.place; };
+  a.positions = [&p] { return p.place; };
   RealVec x;
   ASSERT_EQ(solve_system(s, p.A, a, b, x), STATUS_OK);
   EXPECT_LT(residual(p.A, b, x), 1e-9);

@@ -9,7 +9,7 @@
 
 #include "assem/assem.h"
 #include "base/comm.h"
-#include "base/part_places.h"
+#include "base/part_points.h"
 #include "solve/solve.h"
 #include "samples.h"
 

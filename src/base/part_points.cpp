@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/part_places.h"
+#include "base/part_points.h"
 
 namespace {
 
@@ -197,12 +197,12 @@ void cut_again(const RealVec& X, const std::vector<RealVec>& work, const RealVec
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// part_places : items at X [n*3] in parts of equal work [n] by planes across the longest side
+// part_points : items at X [n*3] in parts of equal work [n] by planes across the longest side
 //
 // A plane is put into the widest gap within a hundredth of the work, so that cuts of regular meshes are
 // straight.
 // ---------------------------------------------------------------------------
-IntVec part_places(const RealVec& X, const RealVec& work, int parts)
+IntVec part_points(const RealVec& X, const RealVec& work, int parts)
 {
   IntVec order(work.size()), part(work.size(), 0);
   std::iota(order.begin(), order.end(), 0);
@@ -219,7 +219,7 @@ RealVec part_sums(const std::vector<RealVec>& weight)
 }
 
 // ---------------------------------------------------------------------------
-// part_planes : as part_places with kinds of work [kinds][n]
+// part_planes : as part_points with kinds of work [kinds][n]
 //
 // Each cut takes the normal, among 25, with the smallest sum of excess work of each kind and
 // of items at the cut.
