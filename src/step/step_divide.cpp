@@ -24,7 +24,7 @@ std::vector<NearFace> faces_here(const Problem& p, const ContactScene& s)
 {
   if (s.skin.empty()) return {};
   const Points& pts = p.st.points;
-  return near_own(p.m, pts, s.skin, near_faces(p.m, pts, s.skin, s.u, s.uc, {s.part, s.most, s.margin}));
+  return near_own(p.m, pts, s.skin, near_faces(p.m, pts, s.skin, s.u, s.uc, {s.part, s.max_travel, s.margin}));
 }
 
 }  // namespace
