@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <Eigen/Dense>
 
@@ -188,6 +189,24 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   return failure;
 }
 
+// M a - f at t(n+1), where anything is prescribed; false: a number is not finite
+bool reactions(const Problem& p, const RealVec& f, Attempt& a)
+{
+  const Dofs& s     = p.dofs;
+  const bool lumped = !p.d.grid.of_all.nodes && !s.rows.hung;
+  const double sum  = std::accumulate(a.acc.begin(), a.acc.end(), 0.0);
+  if (!dof_all(s, std::isfinite(sum))) return false;
+  if (s.bound.free && !s.bound.tie.any && s.bound.corner_support.empty()) {
+    a.R.assign(s.rows.neq(), 0.0);
+    return true;
+  }
+  if (lumped) a.R = a.acc;
+  else mass_multiply(s, a.acc, a.R);
+  for (int i = 0; i < s.rows.neq(); ++i)
+    a.R[i] = (lumped ? s.mass.lumped[i / s.rows.dim] : 1.0) * a.R[i] - f[i];
+  return true;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -223,15 +242,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   failure = turning_accelerations(p, a, f);
   if (!failure.ok()) return failure;
   // 4. reactions, as the residual of an implicit increment has them
-  if (p.d.grid.of_all.nodes || s.rows.hung) mass_multiply(s, a.acc, a.R);
-  else a.R = a.acc;
-  const bool lumped = !p.d.grid.of_all.nodes && !s.rows.hung;
-  double sum = 0.0;
-  for (int i = 0; i < s.rows.neq(); ++i) {
-    a.R[i] = (lumped ? s.mass.lumped[i / s.rows.dim] : 1.0) * a.R[i] - f[i];
-    sum += a.acc[i];
-  }
-  if (!dof_all(s, std::isfinite(sum))) return BAD_NUMBER;
+  if (!reactions(p, f, a)) return BAD_NUMBER;
   tie_force(s, a.R);
   p.st.log.iterations = 1;
   assem_share_bonds(p.st, p.m.dim, a.jumps);
