@@ -74,6 +74,7 @@ struct StableIncrement {
   RealVec push, mass;
   // forces of contact at t(n) before it was searched for anew, in parts [(nnode + ncorner)*dim]; empty: kept
   RealVec before;
+  bool apart = false;          // the model was divided again: accelerations of t(n) are those without contact
   // loads at the end of the increment before, for these rows; step, increment: when
   RealVec fext;
   long pattern = -1, made = -1;          // DofPattern::number, ActiveGrid::made
@@ -318,7 +319,12 @@ Failure step_accelerations(const Problem& p, const RealVec& f, double half, Real
 // step_turn_begin : explicit: notes the forces of contact at t(n) before it is searched for anew
 // step_turn : the accelerations of t(n) become those of what contact meets now: the force at both ends of an
 // increment has one direction then, and does the work that contact stores. Collective.            (6.37)
+// step_turn_apart : explicit: takes the forces of contact out of the accelerations of t(n) before the model is
+// divided again, since the ranks then no longer know what contact met: StableIncrement::apart. Collective.
+// step_contact_stays : explicit: may contact keep what it meets? Collective.
 void step_turn_begin(Problem& p, const Step& s);
+void step_turn_apart(Problem& p, const Step& s);
+bool step_contact_stays(const Problem& p, const Step& s);
 Failure step_turn(Problem& p);
 
 // step_corners_shared : do several ranks have corners of the same points?
@@ -438,7 +444,7 @@ void step_warn_loose(const Model& m, const Discretisation& d, const Dofs& dofs, 
 // step_divides_again : divided model whose elements break or become points where they are: has its work
 // become so uneven that it is to be divided again? Asked once an increment, before it begins; writes
 // State::work, and shares out new points first. Collective.
-bool step_divides_again(Problem& p);
+bool step_divides_again(Problem& p, const Step& s);
 
 // step_knows_near : are all faces here that places of general contact of this rank may meet, until lists of
 // near faces are made anew? Behind step_prepare. Collective.

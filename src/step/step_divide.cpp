@@ -29,7 +29,7 @@ std::vector<NearFace> faces_here(const Problem& p, const ContactScene& s)
 
 }  // namespace
 
-bool step_divides_again(Problem& p)
+bool step_divides_again(Problem& p, const Step& s)
 {
   const Model& m     = p.m;
   State& st          = p.st;
@@ -51,6 +51,8 @@ bool step_divides_again(Problem& p)
   share.events = events;
   if (share.now > WORK_EVEN * share.excess) share.lost += share.now / share.excess - 1.0;
   if (share.lost <= (sooner() ? LOST_TESTS : LOST)) return false;
+  // explicit: contact is searched for anew behind a division, and so the division waits for a search
+  if (st.bonds.nbond_all() > 0 && step_contact_stays(p, s)) return false;
   log_note("  the model is divided among the ranks again: the largest part was %.2f of the mean",
            share.now);
   return true;
