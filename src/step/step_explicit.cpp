@@ -223,6 +223,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
   Failure failure = step_turn(p);
+  if (failure.ok()) ledger_leap(s, a.dt, p.st);
   if (failure.ok() && a.plain) return explicit_nodes(p, a);
   RealVec f;
   if (failure.ok()) failure = step_motion_begin(p, a);

@@ -292,6 +292,8 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
     return MASS_FAILED;
   for (int i = 0; i < dofs.rows.neq(); ++i) acc[i] += inward[i];
   put_accelerations(p, acc);
+  p.stable.before.clear();     // contact as it is now is in them
+  p.stable.apart = false;
   return STATUS_OK;
 }
 
