@@ -47,13 +47,14 @@ void gather_corners(const ActiveGrid& g, const double* x, const double* before, 
   }
 }
 
+template <int D>
 void move_nodes(const Dofs& dofs, const RealVec& du, State& st)
 {
-  const int dim = dofs.rows.dim;
-  const Level& n = st.n;
+  const double *u0 = st.n.u.data(), *d = du.data();
+  double* u = st.np1.u.data();
   for (int r = 0; r < dofs.rows.nfe; ++r) {
-    const int node = dofs.rows.node_of_row[r];
-    for (int i = 0; i < dim; ++i) st.np1.u[node * dim + i] = n.u[node * dim + i] + du[r * dim + i];
+    const int k = dofs.rows.node_of_row[r] * D;
+    for (int i = 0; i < D; ++i) u[k + i] = u0[k + i] + d[r * D + i];
   }
 }
 
@@ -524,7 +525,8 @@ Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, co
                    double t_step0, double t_step1, State& st, Jumps& j)
 {
   const ActiveGrid& grid = d.grid;
-  move_nodes(dofs, du, st);
+  if (m.dim == 2) move_nodes<2>(dofs, du, st);
+  else move_nodes<3>(dofs, du, st);
   assem_gather_corners(grid, dofs, du, st.n.uc, st.np1.uc);                             // (3.1)
   assem_ghost_jump(grid, dofs, du, j.ghost);
   const Failure failure = move_bonds(m, dofs, du, t_step0, t_step1, st, j);
@@ -587,6 +589,17 @@ Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, 
   return STATUS_OK;
 }
 
+// dof_of_nodes into memory that is there
+void loads_of_nodes(const Dofs& dofs, const RealVec& fn, RealVec& fext)
+{
+  const int dim = dofs.rows.dim;
+  fext.resize(dofs.rows.neq());
+  double* f = fext.data();
+  for (int r = 0; r < dofs.rows.nfe; ++r)
+    for (int i = 0; i < dim; ++i) f[r * dim + i] = fn[dofs.rows.node_of_row[r] * dim + i];
+  std::fill(fext.begin() + dofs.rows.nfe * dim, fext.end(), 0.0);
+}
+
 }  // namespace
 
 bool assem_has_followers(const Step& step)
@@ -597,8 +610,10 @@ bool assem_has_followers(const Step& step)
 Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
-  fext.assign(dofs.rows.neq(), 0.0);
-  if (step.load.empty()) return STATUS_OK;
+  if (step.load.empty()) {
+    fext.assign(dofs.rows.neq(), 0.0);
+    return STATUS_OK;
+  }
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   RealVec far(m.part.on ? fc.size() : 0, 0.0);
   Failure failure;
@@ -611,7 +626,7 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
   }
   if (m.part.on) return sum_loads(st.points, d, dofs, failure, fn, fc, far, fext);
   if (!failure.ok()) return failure;
-  fext = dof_of_nodes(dofs, fn);
+  loads_of_nodes(dofs, fn, fext);
   assem_scatter_corners(d.grid, dofs, fc, fext);
   return STATUS_OK;
 }

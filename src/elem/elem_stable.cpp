@@ -7,6 +7,9 @@
 
 namespace {
 
+// rounding of a bound, of 1
+const double MARGIN = 1e-12;
+
 // square of the largest frequency of a scalar field in an element of this kind: stiffness lam + 2 mu along
 // each gradient, with the lumped mass of the element                                         (6.30)
 double frequency_of_kind(const ElemBlock& b, int kind)
@@ -54,6 +57,28 @@ double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVe
   return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
 }
 
+// a bound of stretch_factor without principal stretches: they differ from 1 by at most the norm of C - I
+template <int D>
+double stretch_bound(const Model& m, const ElemBlock& b, int slot, const RealVec& u)
+{
+  const int nen = shape_info[b.shape].nen, *node = elem_nodes(m.mesh, b, slot);
+  const double* dN = &b.mean[static_cast<size_t>(b.kind[slot]) * (nen * D + 2)];
+  double H[D * D] = {0}, norm = 0.0;
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) H[i * D + j] += u[node[a] * D + i] * dN[a * D + j];
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      double c = H[i * D + j] + H[j * D + i];
+      for (int k = 0; k < D; ++k) c += H[k * D + i] * H[k * D + j];
+      norm += c * c;
+    }
+  norm = std::sqrt(norm);
+  const double stretched = 1.0 + 1.5 * norm, least = 1.0 - norm;
+  if (b.law.kind == LAW_SVK || b.law.kind == LAW_GRANULAR || b.law.kind == LAW_COHESIVE) return stretched;
+  return least > 1e-6 ? std::max(stretched, (1.0 - 0.5 * std::log(least)) / least) : 1e300;
+}
+
 // mean gradient, volume, and the length 2 c / omega that a wave travels in the stable increment     (6.35)
 void add_mean(ElemBlock& b, int kind)
 {
@@ -82,12 +107,20 @@ double elem_stable(const Model& m, Elements& el, const Level& l, bool nlgeom, in
       b.omega2.push_back(frequency_of_kind(b, kind));
       add_mean(b, kind);
     }
+    const auto increment = [&](double w2) {
+      const double w = std::sqrt(w2), xi = 0.5 * b.law.beta * w;
+      return 2.0 / w * (std::sqrt(1.0 + xi * xi) - xi);
+    };
     for (int slot : b.live) {
       if (!el.rigid.empty() && el.rigid[b.elem[slot]]) continue;
       double w2 = b.omega2[b.kind[slot]];
-      if (nlgeom && el.broken(b.elem[slot]) < 0) w2 *= stretch_factor(m, b, slot, l.u);
-      const double w = std::sqrt(w2), xi = 0.5 * b.law.beta * w;
-      const double dt = 2.0 / w * (std::sqrt(1.0 + xi * xi) - xi);
+      if (nlgeom && el.broken(b.elem[slot]) < 0) {
+        const double bound =
+            m.dim == 2 ? stretch_bound<2>(m, b, slot, l.u) : stretch_bound<3>(m, b, slot, l.u);
+        if (increment(w2 * bound * (1.0 + MARGIN)) >= least) continue;
+        w2 *= stretch_factor(m, b, slot, l.u);
+      }
+      const double dt = increment(w2);
       if (dt >= least) continue;
       least  = dt;
       *worst = b.elem[slot];

@@ -2,6 +2,7 @@
 
 #include "base/comm.h"
 #include "frac/frac.h"
+#include "model/scheme.h"
 
 namespace {
 
@@ -14,6 +15,27 @@ double broken_energy(const Model& m, const Step& s, const Elements& el, const Po
   for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
     sum += point_energy_one(m, pts, l, p, c);
   return sum;
+}
+
+// work over the step of the force that a broken element has in level l with the degradation factor c
+double broken_work(const Model& m, const Step& s, const Elements& el, const Level& l0, const Level& l1,
+                   const Level& l, int e, double c)
+{
+  const ElemBlock& b = el.block[el.initial_block[e]];
+  const int slot = el.slot_of[e], *node = m.mesh.conn.begin(e), nen = shape_info[b.shape].nen;
+  double u[3 * MAX_NODES], re[3 * MAX_NODES], unused[MAX_GAUSS * MAX_HISTORY], work = 0.0;
+  HistoryStep h[MAX_GAUSS];
+  KernelMode mode;
+  mode.finite = s.nlgeom;
+  for (int k = el.gauss_of[e], g = 0; k < el.gauss_of[e + 1]; ++k, ++g)
+    h[g] = {history_at(l.he, el.history, k), unused + g * MAX_HISTORY};
+  for (int a = 0; a < nen; ++a) std::copy_n(&l.u[node[a] * m.dim], m.dim, u + a * m.dim);
+  if (elem_form_general(b, slot, elem_law(m, el, b, slot, c), mode, u, u, h, re, nullptr) != STATUS_OK)
+    return 0.0;
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < m.dim; ++i)
+      work += re[a * m.dim + i] * (l1.u[node[a] * m.dim + i] - l0.u[node[a] * m.dim + i]);
+  return work;
 }
 
 }  // namespace
@@ -32,11 +54,16 @@ double frac_degraded(const Model& m, const Step& s, const Elements& el, const Po
                      const Level& l0, const Level& l1)
 {
   double sum = 0.0;
+  // forces of both ends do the work of the step, and not those of the middle
+  const bool ends = s.proc == PROC_DYNAMIC && !scheme_of(s).midpoint;
   for (int e : fr.releasing) {
     if (!m.part.works(e)) continue;
     const double c0 = l0.degr[e], c1 = l1.degr[e], mean = 0.5 * (c0 + c1);
     const auto energy = [&](const Level& l, double c) { return broken_energy(m, s, el, pts, fr, l, e, c); };
     sum += energy(l0, c0) - energy(l0, mean) + energy(l1, mean) - energy(l1, c1);
+    if (!ends || fr.phase[e] != AS_ELEMENT) continue;
+    const auto work = [&](const Level& l, double c) { return broken_work(m, s, el, l0, l1, l, e, c); };
+    sum += 0.5 * (work(l0, c0) - work(l0, mean) + work(l1, c1) - work(l1, mean));
   }
   comm_sum(&sum, 1);
   return sum;

@@ -73,6 +73,7 @@ struct StableIncrement {
   RealVec push, mass;
   // [(nnode + ncorner)*dim] contact forces at t(n) before the search, not summed over ranks; empty: none
   RealVec before;
+  bool apart = false;          // the model was repartitioned: accelerations at t(n) are those without contact
   // loads at the end of increment inc of step, for these rows
   RealVec fext;
   long pattern = -1, made = -1;          // DofPattern::number, ActiveGrid::made
@@ -316,7 +317,12 @@ Failure step_accelerations(const Problem& p, const RealVec& f, double half, Real
 // step_turn_begin : explicit: stores the contact forces at t(n) before the new contact search
 // step_turn : updates the accelerations at t(n) to the contact found now: the force has one direction at both
 // ends of an increment, and its work is the energy that contact stores. Collective.               (6.37)
+// step_turn_apart : explicit: removes the contact forces from the accelerations at t(n) before the model is
+// repartitioned, since the contact found does not move to other ranks: StableIncrement::apart. Collective.
+// step_contact_stays : explicit: may contact points keep their faces? Collective.
 void step_turn_begin(Problem& p, const Step& s);
+void step_turn_apart(Problem& p, const Step& s);
+bool step_contact_stays(const Problem& p, const Step& s);
 Failure step_turn(Problem& p);
 
 // step_corners_shared : are there corners shared by several ranks?
@@ -432,7 +438,7 @@ void step_warn_loose(const Model& m, const Discretisation& d, const Dofs& dofs, 
 // step_divides_again : does the work of a divided model with fracture or conversion need repartitioning?
 // Called once an increment, before it begins; updates State::work, and first assigns new points to ranks.
 // Collective.
-bool step_divides_again(Problem& p);
+bool step_divides_again(Problem& p, const Step& s);
 
 // step_contact_faces_known : has this rank all faces that its points of general contact may meet until the
 // lists of near faces are rebuilt? Call after step_prepare. Collective.

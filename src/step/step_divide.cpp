@@ -24,12 +24,13 @@ std::vector<NearFace> faces_here(const Problem& p, const ContactScene& s)
 {
   if (s.skin.empty()) return {};
   const Points& pts = p.st.points;
-  return near_own(p.m, pts, s.skin, near_faces(p.m, pts, s.skin, s.u, s.uc, {s.part, s.max_travel, s.margin}));
+  const NearReach reach = {s.part, s.max_travel, s.margin};
+  return near_own(p.m, pts, s.skin, near_faces(p.m, pts, s.skin, s.u, s.uc, reach));
 }
 
 }  // namespace
 
-bool step_divides_again(Problem& p)
+bool step_divides_again(Problem& p, const Step& s)
 {
   const Model& m     = p.m;
   State& st          = p.st;
@@ -51,6 +52,8 @@ bool step_divides_again(Problem& p)
   share.events = events;
   if (share.now > WORK_EVEN * share.excess) share.lost += share.now / share.excess - 1.0;
   if (share.lost <= (sooner() ? MAX_LOST_TESTS : MAX_LOST)) return false;
+  // explicit: contact is searched again after a repartitioning, so this one waits for a search
+  if (st.bonds.nbond_all() > 0 && step_contact_stays(p, s)) return false;
   log_note("  the model is divided among the ranks again: the largest part was %.2f of the mean",
            share.now);
   return true;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <Eigen/Dense>
 
@@ -124,42 +125,49 @@ void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
 namespace {
 
 // displacement of nodes, without grid and dampers                                                 (6.28)
+template <int D>
 void leap_nodes(const Dofs& s, const Level& n, Attempt& a)
 {
-  const int dim = s.rows.dim;
   a.du.resize(s.rows.neq());
-  for (int r = 0; r < s.rows.nfe; ++r)
-    for (int i = 0; i < dim; ++i) {
-      const int dof = r * dim + i, k = s.rows.node_of_row[r] * dim + i;
-      a.du[dof] = s.bound.fixed[dof] == DOF_FIXED ? s.bound.target[dof]
-          : a.dt * (n.v[k] + 0.5 * a.dt * n.a[k]);
-    }
+  const double *v = n.v.data(), *acc = n.a.data(), dt = a.dt;
+  double* du = a.du.data();
+  for (int r = 0; r < s.rows.nfe; ++r) {
+    const int first = s.rows.node_of_row[r] * D;
+    for (int i = 0; i < D; ++i)
+      du[r * D + i] = s.bound.fixed[r * D + i] == DOF_FIXED ? s.bound.target[r * D + i]
+          : dt * (v[first + i] + 0.5 * dt * acc[first + i]);
+  }
 }
 
 // acceleration and velocity at t(n+1), reactions, work (6.12); false: a number is not finite      (6.29)
 //   in   rf0   reactions at t(n)  [nnode*dim]
+template <int D>
 bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt& a, Level& l)
 {
-  const int dim = s.rows.dim;
-  double sum = 0.0;
   a.R.resize(s.rows.neq());
-  for (int r = 0; r < s.rows.nfe; ++r)
-    for (int i = 0; i < dim; ++i) {
-      const int dof = r * dim + i, k = s.rows.node_of_row[r] * dim + i;
-      const double f = a.fext[dof] - a.fint[dof];
-      double a1 = f / s.mass.lumped[r], v1 = n.v[k] + 0.5 * a.dt * (n.a[k] + a1);
-      double load = a.fext0[dof] + a.fext[dof];
+  const double *fext0 = a.fext0.data(), *fext = a.fext.data(), *fint = a.fint.data(), *du = a.du.data(),
+               *v0 = n.v.data(), *acc0 = n.a.data(), dt = a.dt;
+  double *v = l.v.data(), *acc = l.a.data(), sum = 0.0, work = 0.0;
+  for (int r = 0; r < s.rows.nfe; ++r) {
+    const int first   = s.rows.node_of_row[r] * D;
+    const double mass = s.mass.lumped[r];
+    for (int i = 0; i < D; ++i) {
+      const int dof = r * D + i, k = first + i;
+      const double f = fext[dof] - fint[dof];
+      double a1 = f / mass, v1 = v0[k] + 0.5 * dt * (acc0[k] + a1), load = fext0[dof] + fext[dof];
       if (s.bound.fixed[dof] == DOF_FIXED) {
         v1 = s.bound.rate[dof];
-        a1 = (v1 - n.v[k]) / a.dt;
-        a.R[dof] = s.mass.lumped[r] * a1 - f;
+        a1 = (v1 - v0[k]) / dt;
+        a.R[dof] = mass * a1 - f;
         load += rf0[k] + a.R[dof];
       }
-      l.a[k] = a1;
-      l.v[k] = v1;
+      acc[k] = a1;
+      v[k]   = v1;
       sum += a1;
-      if (s.rows.counts(dof)) a.work += 0.5 * load * a.du[dof];
+      if (s.rows.counts(dof)) work += 0.5 * load * du[dof];
     }
+  }
+  a.work = work;
   return dof_all(s, std::isfinite(sum));
 }
 
@@ -168,14 +176,35 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   State& st     = p.st;
   const Dofs& s = p.dofs;
   a.cM = scheme_of(a.step).mass(a.step, a.dt);
-  leap_nodes(s, st.n, a);
+  const bool plane = s.rows.dim == 2;
+  if (plane) leap_nodes<2>(s, st.n, a);
+  else leap_nodes<3>(s, st.n, a);
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, st, a.jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint, nullptr, a.energy);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, st, a.step, a.load, p.warned, a.fext);
-  if (failure.ok() && !accelerate_nodes(s, st.rf, st.n, a, st.np1)) return BAD_NUMBER;
+  if (failure.ok() && !(plane ? accelerate_nodes<2>(s, st.rf, st.n, a, st.np1)
+                              : accelerate_nodes<3>(s, st.rf, st.n, a, st.np1))) return BAD_NUMBER;
   st.log.iterations = 1;
   if (failure.ok()) assem_share_bonds(p.st, p.m.dim, a.jumps);
   return failure;
+}
+
+// M a - f at t(n+1), where anything is prescribed; false: a number is not finite
+bool reactions(const Problem& p, const RealVec& f, Attempt& a)
+{
+  const Dofs& s     = p.dofs;
+  const bool lumped = !p.d.grid.of_all.nodes && !s.rows.hung;
+  const double sum  = std::accumulate(a.acc.begin(), a.acc.end(), 0.0);
+  if (!dof_all(s, std::isfinite(sum))) return false;
+  if (s.bound.free && !s.bound.tie.any && s.bound.corner_support.empty()) {
+    a.R.assign(s.rows.neq(), 0.0);
+    return true;
+  }
+  if (lumped) a.R = a.acc;
+  else mass_multiply(s, a.acc, a.R);
+  for (int i = 0; i < s.rows.neq(); ++i)
+    a.R[i] = (lumped ? s.mass.lumped[i / s.rows.dim] : 1.0) * a.R[i] - f[i];
+  return true;
 }
 
 }  // namespace
@@ -194,6 +223,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
   Failure failure = step_turn(p);
+  if (failure.ok()) ledger_leap(s, a.dt, p.st);
   if (failure.ok() && a.plain) return explicit_nodes(p, a);
   RealVec f;
   if (failure.ok()) failure = step_motion_begin(p, a);
@@ -213,15 +243,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   failure = turning_accelerations(p, a, f);
   if (!failure.ok()) return failure;
   // 4. reactions: the residual, as in an implicit increment
-  if (p.d.grid.of_all.nodes || s.rows.hung) mass_multiply(s, a.acc, a.R);
-  else a.R = a.acc;
-  const bool lumped = !p.d.grid.of_all.nodes && !s.rows.hung;
-  double sum = 0.0;
-  for (int i = 0; i < s.rows.neq(); ++i) {
-    a.R[i] = (lumped ? s.mass.lumped[i / s.rows.dim] : 1.0) * a.R[i] - f[i];
-    sum += a.acc[i];
-  }
-  if (!dof_all(s, std::isfinite(sum))) return BAD_NUMBER;
+  if (!reactions(p, f, a)) return BAD_NUMBER;
   tie_force(s, a.R);
   p.st.log.iterations = 1;
   assem_share_bonds(p.st, p.m.dim, a.jumps);

@@ -36,11 +36,13 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const R
   const Step& s = a.step;
   const Scheme& scheme = scheme_of(s);
   const int dim = dofs.rows.dim;
+  const double *v_n = st.n.v.data(), *a_n = st.n.a.data(), *vgrid = a.vgrid.data(), *agrid = a.agrid.data();
+  double *v_np1 = st.np1.v.data(), *a_np1 = st.np1.a.data(), *change = dv.data();
   for (int r = 0; r < dofs.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
       const int dof = r * dim + i, k = dofs.rows.node_of_row[r] * dim + i;
-      const double v   = dofs.rows.hung ? a.vgrid[dof] : st.n.v[k],
-                   acc = !scheme.acceleration ? 0.0 : dofs.rows.hung ? a.agrid[dof] : st.n.a[k];
+      const double v   = dofs.rows.hung ? vgrid[dof] : v_n[k],
+                   acc = !scheme.acceleration ? 0.0 : dofs.rows.hung ? agrid[dof] : a_n[k];
       double v1, a1;
       if (dofs.bound.fixed[dof] == DOF_FIXED) {           // prescribed motion
         v1 = dofs.bound.rate[dof];
@@ -53,9 +55,9 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const R
       }
       // v is projected; only its change applies to the node
       const bool projected = dofs.rows.hung && !dofs.bound.fixed[dof];
-      dv[dof] = v1 - (projected ? v : st.n.v[k]);
-      st.np1.v[k] = projected ? st.n.v[k] + dv[dof] : v1;
-      st.np1.a[k] = a1;
+      change[dof] = v1 - (projected ? v : v_n[k]);
+      v_np1[k] = projected ? v_n[k] + change[dof] : v1;
+      a_np1[k] = a1;
     }
   finish_ties(dofs, st, dv);
 }

@@ -64,7 +64,7 @@ bool breaks_smoothly(const Model& m, const Step& s, const std::vector<Erosion>& 
 
 // releases points, breaks elements and converts those that are due. The released energy is booked separately.
 //   convert   numbers in the mesh of the deck
-Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const IntVec& torn,
+Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosion>& erode, const IntVec& torn,
               IntVec convert, UndoPoint& u)
 {
   State& st = p.st;
@@ -97,8 +97,11 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
     st.laid         = GridLaid();
   }
   p.ready = false;
-  const Failure failure = step_prepare(p, s);
+  Failure failure = step_prepare(p, s);
   if (!failure.ok() || (smooth && convert.empty())) return failure;
+  // other rows, of which the ledger asks what is prescribed                                       (6.33)
+  if (s.explicit_steps()) failure = dof_constrain(p.m, p.d, st, s, t_step, t_step, p.dofs, p.warned);
+  if (!failure.ok()) return failure;
   ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   st.ledger.fracture += released;
   st.ledger.conversion += before - all_energy(st.ledger) - released;
@@ -188,7 +191,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     if (converts && s.proc == PROC_DYNAMIC)
       frac_to_release(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
-    Failure failure = apply(p, s, erode, torn, convert, before);
+    Failure failure = apply(p, s, t_step, erode, torn, convert, before);
     if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
       const bool smooth = convert.empty() && torn.empty() && breaks_smoothly(p.m, s, erode);

@@ -262,9 +262,10 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   st.log.residual   = 0.0;
   if (s.explicit_steps()) take_space(p.stable, a);
   if (s.explicit_steps() && !p.m.fracture.empty() && step_tests(p, s, a.total1)) a.energy = &energy;
-  a.du.assign(p.dofs.rows.neq(), 0.0);
+  if (s.explicit_steps()) a.du.resize(p.dofs.rows.neq());      // written as a whole
+  else a.du.assign(p.dofs.rows.neq(), 0.0);
   Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
-  if (failure.ok() && s.proc == PROC_DYNAMIC) ledger_leap(p.dofs, s.explicit_steps() ? dt : 0.0, st);
+  if (failure.ok() && s.proc == PROC_DYNAMIC && !s.explicit_steps()) ledger_leap(p.dofs, 0.0, st);
   if (failure.ok() && !mid && !loads_known(p, s, a.fext0))
     failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
   const bool leaps = s.explicit_steps();

@@ -290,6 +290,8 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
     return MASS_FAILED;
   for (int i = 0; i < dofs.rows.neq(); ++i) acc[i] += inward[i];
   put_accelerations(p, acc);
+  p.stable.before.clear();     // contact as it is now is in them
+  p.stable.apart = false;
   return STATUS_OK;
 }
 
@@ -303,9 +305,17 @@ Failure step_motion_begin(Problem& p, Attempt& a)
     a.agrid = dof_of_nodes(s, p.st.n.a);
     return STATUS_OK;
   }
-  Failure failure = velocity_at_start(p.st, p.d, s, before, a.momentum, a.vgrid);
+  Failure failure;
+  const bool known = projection_known(p.st, p.d, s, before);
+  if (known) {                 // nothing here asks for the momentum
+    timer_skip(PHASE_PROJECT);
+    a.vgrid = dof_of_nodes(s, p.st.n.v);
+    take_velocity(before, s, a.vgrid);
+  } else {
+    failure = velocity_at_start(p.st, p.d, s, before, a.momentum, a.vgrid);
+  }
   if (!failure.ok()) return failure;
-  if (!before.a.empty() && projection_known(p.st, p.d, s, before)) {
+  if (known && !before.a.empty()) {
     a.agrid = dof_of_nodes(s, p.st.n.a);
     std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + before.first * s.rows.dim);
     return STATUS_OK;

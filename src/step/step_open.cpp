@@ -339,8 +339,9 @@ double largest_change(const RealVec& a, const RealVec& b)
   return largest;
 }
 
-// may contact points keep their faces? The same on all ranks
-bool contact_stays(const Problem& p, const Step& s)
+}  // namespace
+
+bool step_contact_stays(const Problem& p, const Step& s)
 {
   const ContactFound& f = p.stable.found;
   const State& st = p.st;
@@ -352,6 +353,8 @@ bool contact_stays(const Problem& p, const Step& s)
   if (p.m.part.on) comm_max(largest, 2);
   return largest[0] == 0.0 && std::sqrt(p.m.dim) * largest[1] < SEARCH_MOVE * f.size;
 }
+
+namespace {
 
 void note_contact(Problem& p)
 {
@@ -380,7 +383,7 @@ Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
 {
   State& st = p.st;
   p.stable.before.clear();
-  if (contact_stays(p, s)) {
+  if (step_contact_stays(p, s)) {
     for (int b = 0; b < st.bonds.nbond && st.n.time > p.stable.found.time; ++b)
       if (p.d.pairs.master.count(b)) p.d.pairs.gap[b] = st.n.slip[b * p.m.dim];
     p.d.pairs.searched = p.d.pairs.skipped = 0;      // faces are kept

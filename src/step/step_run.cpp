@@ -212,13 +212,14 @@ Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
 }
 
 // The run stops at the start of the increment, to be repartitioned with the near faces
-Failure stop_for_faces(Problem& p, const StepLog& before, const StepClock& clock)
+Failure stop_for_faces(Problem& p, const Step& s, const StepLog& before, const StepClock& clock)
 {
   if (p.next.stays) return DIVISION_FAILED;
   log_note("  contact faces owned by other ranks have come within search range: the model is divided again");
   p.st.log   = before;
   p.st.clock = clock;
   p.again    = AGAIN_FACES;
+  step_turn_apart(p, s);
   return STATUS_OK;
 }
 
@@ -245,7 +246,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   if (p.d.fm.on && !moves) begin_undo(st, true, inc);
   Failure failure = step_prepare(p, s);
   if (failure.ok() && !step_contact_faces_known(p)) failure = FACES_UNKNOWN;
-  if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, inc.before, inc.clock);
+  if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, s, inc.before, inc.clock);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
   if (failure.ok() && s.explicit_steps()) failure = step_stable(p, s);
@@ -436,7 +437,8 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
   p.ready = false;
   while (!clock_over(s, st.clock)) {
     if (check_ranks(st)) return interrupted(p, out);
-    if (step_divides_again(p)) {
+    if (step_divides_again(p, s)) {
+      step_turn_apart(p, s);
       p.again = AGAIN_WORK;
       return STATUS_OK;
     }
@@ -453,7 +455,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     if (failure.status == INTERRUPTED) return interrupted_inside(p, inc, out);
     if (failure.status == FACES_UNKNOWN) {
       discard_attempt(p, inc, out);
-      return stop_for_faces(p, inc.before, inc.clock);
+      return stop_for_faces(p, s, inc.before, inc.clock);
     }
     if (!failure.ok()) return failure;
     accept(s, inc.dt, step_flow_unsymmetric(p.m) ? UNSYMMETRIC_ITERATIONS : 1, inc.half, st);
@@ -581,6 +583,7 @@ void resume_run(Problem& p, Archive& f, Output& out)
   out_resume(p.piece, p.d.el, p.d.fm, f, p.st, p.d.grid, out);
   MPFE_CHECK(!p.d.fm.on || frac_replay(p.m, p.d.fm, p.st, begin, p.d.share),
              "the repeated conversion gives other points");
+  p.stable.apart = p.m.step[p.st.log.step - 1].explicit_steps() && p.st.log.inc > 0;
   elem_refresh(p.d.el);
   p.ready = false;
   heap_give_back();                      // memory of reading the deck and the state

@@ -49,32 +49,15 @@ void to_rows(const Problem& p, const RealVec& force, RealVec& f)
     for (int i = 0; i < dim; ++i) f[r * dim + i] += node[s.rows.node_of_row[r] * dim + i];
 }
 
-}  // namespace
-
-void step_turn_begin(Problem& p, const Step& s)
+// adds the accelerations of forces on nodes and corners, in parts, to those of t(n)
+Failure add_turn(Problem& p, const RealVec& of_place)
 {
-  const ContactFound& found = p.stable.found;
-  RealVec& push = p.stable.before;
-  push.clear();
-  if (!s.explicit_steps() || found.step != p.st.log.step || found.bonds != p.st.bonds.nbond_all()) return;
-  if (found.changes == p.st.frac.nconverted + p.st.frac.nreleased) contact_at_start(p, push);
-}
-
-Failure step_turn(Problem& p)
-{
-  const Dofs& s        = p.dofs;
-  const bool carried   = p.d.grid.of_all.nodes || s.rows.hung;
-  RealVec& before      = p.stable.before;
-  GridVelocity& grid   = p.newton.grid;
-  RealVec now, f, acc(s.rows.neq(), 0.0);
-  const bool anew = carried &&
-      (grid.a.empty() || grid.pattern != s.pattern.number || grid.made != p.d.grid.made);
-  if (dof_all(s, before.empty()) || !dof_all(s, !anew)) return STATUS_OK;
-  contact_at_start(p, now);
-  for (size_t k = 0; k < now.size(); ++k) now[k] -= before[k];
-  before.clear();
-  if (dof_all(s, std::all_of(now.begin(), now.end(), [](double x) { return x == 0.0; }))) return STATUS_OK;
-  to_rows(p, now, f);
+  const Dofs& s      = p.dofs;
+  GridVelocity& grid = p.newton.grid;
+  RealVec f, acc(s.rows.neq(), 0.0);
+  if (dof_all(s, std::all_of(of_place.begin(), of_place.end(), [](double x) { return x == 0.0; })))
+    return STATUS_OK;
+  to_rows(p, of_place, f);
   const Failure failure = step_accelerations(p, f, 0.0, acc);
   if (!failure.ok()) return failure;
   for (int i = 0; i < s.rows.nfe * s.rows.dim; ++i) {
@@ -87,4 +70,44 @@ Failure step_turn(Problem& p)
     if (s.bound.fixed[first + i] == DOF_FREE) grid.a[i] += acc[first + i];
   if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.rows.dim, p.st.n.a);
   return STATUS_OK;
+}
+
+bool carried(const Problem& p) { return p.d.grid.of_all.nodes || p.dofs.rows.hung; }
+
+}  // namespace
+
+void step_turn_apart(Problem& p, const Step& s)
+{
+  if (!s.explicit_steps() || p.st.log.inc == 0 || p.st.bonds.nbond_all() == 0 || carried(p)) return;
+  RealVec push = p.stable.before;
+  if (dof_all(p.dofs, push.empty())) contact_at_start(p, push);
+  for (double& x : push) x = -x;
+  p.stable.before.clear();
+  p.stable.apart = true;       // where the run goes on without a division; after one: resume_run
+  MPFE_CHECK(add_turn(p, push).ok(), "lumped masses could not be inverted");
+}
+
+void step_turn_begin(Problem& p, const Step& s)
+{
+  const ContactFound& found = p.stable.found;
+  RealVec& push = p.stable.before;
+  push.clear();
+  if (!s.explicit_steps() || found.step != p.st.log.step || found.bonds != p.st.bonds.nbond_all()) return;
+  if (found.changes == p.st.frac.nconverted + p.st.frac.nreleased) contact_at_start(p, push);
+}
+
+Failure step_turn(Problem& p)
+{
+  const Dofs& s            = p.dofs;
+  RealVec &before          = p.stable.before, now;
+  const GridVelocity& grid = p.newton.grid;
+  const bool apart = p.stable.apart;
+  const bool anew  = carried(p) &&
+      (grid.a.empty() || grid.pattern != s.pattern.number || grid.made != p.d.grid.made);
+  p.stable.apart = false;
+  if ((dof_all(s, before.empty()) && !apart) || !dof_all(s, !anew)) return STATUS_OK;
+  contact_at_start(p, now);
+  for (size_t k = 0; k < now.size() && !apart; ++k) now[k] -= before[k];
+  before.clear();
+  return add_turn(p, now);
 }

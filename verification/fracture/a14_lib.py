@@ -8,7 +8,7 @@ import a14_mesh
 import mpfe_sweep as sweep
 
 HERE = os.path.dirname(os.path.realpath(__file__))
-ENERGY_MOMENTUM, NEWMARK = "SCHEME=ENERGY-MOMENTUM", "SCHEME=NEWMARK"
+ENERGY_MOMENTUM, NEWMARK, EXPLICIT = "SCHEME=ENERGY-MOMENTUM", "SCHEME=NEWMARK", "EXPLICIT"
 
 
 class Glass:
@@ -61,7 +61,8 @@ def write_deck(folder, tag, glass, kind="aligned", rows=2, h=0.5e-3, dt=None, T=
         at = [lo[i] + shift[i] * cell for i in (0, 1)]
         text += "*GRID\n%.12g, %.12g, %.12g, %.12g\n%.12g, %.12g\n*CONVERSION, ELSET=%s\n" % (
             at[0], at[1], at[0] + n[0] * cell, at[1] + n[1] * cell, cell, cell, breaks)
-    text += "*STEP, NLGEOM, INC=1000000\n*DYNAMIC, DIRECT%s\n<dt>, <T>\n*INCLUDE, INPUT=%s/a14_run.inc\n" % (", " + scheme if scheme else "", HERE)
+    words = ", EXPLICIT\n, <T>" if scheme == EXPLICIT else ", DIRECT%s\n<dt>, <T>" % (", " + scheme if scheme else "")
+    text += "*STEP, NLGEOM, INC=1000000\n*DYNAMIC%s\n*INCLUDE, INPUT=%s/a14_run.inc\n" % (words, HERE)
     path = os.path.join(folder, tag + ".inp")
     with open(path, "w") as f:
         f.write(text)
