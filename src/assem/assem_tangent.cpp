@@ -210,10 +210,10 @@ void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
 }
 
 // Motions of the grid that do not move any corner have neither mass nor stiffness: they would be determined
-// by round-off only.  Test: Increment.GridMotionsThatNoCornerSeesStaySmall (unit)
+// by round-off only.
 // Fraction of the diagonal of the mass; motions that move a corner have 1e-4. Not of A: with a stiff bond
-// this would also constrain soft motions.  Test: A2 (patch/a2_spin_coupled)
-// (8.16)
+// this would also constrain soft motions.                                                         (8.16)
+// (test: Increment.GridMotionsThatNoCornerSeesStaySmall, patch/a2_spin_coupled.inp)
 const double UNSEEN = 1e-10;
 
 void stabilise_unseen(double cM, Dofs& s)

@@ -10,10 +10,13 @@
 
 namespace {
 
-// of a unit diagonal: added to M, which may be singular; removed by iterative refinement
+// FACTOR_SHIFT, relative to a unit diagonal, is added to M, which may be singular, and removed by at most
+// FACTOR_REFINEMENTS refinements. Squares of the residual relative to the right-hand side: GOAL ends the
+// refinement, ENOUGH is accepted                                                                  (3.14)
+// (test: Mass.MotionsThatCornersHardlySee)
 const double FACTOR_SHIFT    = 1e-13;
 const int FACTOR_REFINEMENTS = 10;
-const double GOAL = 1e-28, ENOUGH = 1e-16;       // of the square of the right-hand side, as in mass_solve
+const double GOAL = 1e-28, ENOUGH = 1e-16;
 
 using Sparse = Eigen::SparseMatrix<double>;
 

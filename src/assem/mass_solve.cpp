@@ -12,11 +12,13 @@
 
 namespace {
 
-// of the diagonal: added if M is singular to round-off, with nodes that occur in one combination only at all
-// points; removed by refinement.  Test: paper/p9_contact.inp to 3 ms (case G5)
+// relative to the diagonal: added if M is singular to round-off, with nodes that occur in one combination
+// only at all points; removed by at most REFINEMENTS refinements
+// (test: Mass.SingularPair, contact/g5_debris)
 const double SHIFT    = 1e-10;
 const int REFINEMENTS = 4;
-const double CANCELS  = 1e-6;  // of the square of a residual: below, a difference of squares has lost digits
+// relative to the square of the last residual: below, a difference of squares has lost digits  (no test)
+const double CANCELS  = 1e-6;
 
 // y += M x, for the couplings among the first rows
 template <int D>

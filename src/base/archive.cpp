@@ -7,8 +7,10 @@
 
 namespace {
 
-const std::size_t CHUNK = 1 << 18;     // bytes written, sent or read at once
-const long WINDOW = 1 << 19;           // bytes of a divided array that rank 0 stores at once
+// bytes written, sent or read at once; bytes of a divided array that rank 0 stores at once: memory against
+// the number of messages  (test: Archive.DividedArraysAreThoseOfTheWhole)
+const std::size_t CHUNK = 1 << 18;
+const long WINDOW = 1 << 19;
 
 // number of items of a divided array that rank 0 stores at once; tests make it small, together with messages
 long window(std::size_t bytes, int items)

@@ -8,9 +8,12 @@
 
 namespace {
 
-const int KEPT = 1 << 30;      // bytes of the heap that may be unused
-const std::size_t HEAP = 32 << 20;     // bytes: smaller requests use the heap; the largest value of glibc
-const std::size_t APART = 64 << 10;    // the same, with PagesApart
+// bytes of the heap that may be unused: freed memory is used again without new pages  (no test)
+const int KEPT = 1 << 30;
+// bytes: smaller requests use the heap; the largest value of glibc. The same with PagesApart
+// (test: Heap.LargeArraysHavePagesOfTheirOwn)
+const std::size_t HEAP = 32 << 20;
+const std::size_t APART = 64 << 10;
 
 void take_from_heap(std::size_t size)
 {

@@ -6,7 +6,7 @@
 
 namespace {
 
-// fraction of the work by which a cut may deviate from the middle, to be straight
+// fraction of the work by which a cut may deviate from the middle, to be straight  (no test)
 const double ASIDE = 0.01;
 
 struct Box {

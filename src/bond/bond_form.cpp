@@ -622,7 +622,8 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 }  // namespace
 
 // general contact: parts of an edge of a face, in 2D and 3D: the smallest numbers for which the stress error
-// of a patch test is below 1e-3 from ten faces on (doc/verification.md, G6)
+// of a patch test is below 1e-3 from ten faces on (doc/verification/contact.md, G6)
+// (test: contact/g6_patch.inp, contact/g6_patch_3d.inp)
 const int SKIN_PARTS[4] = {0, 0, 4, 3};
 
 void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& b)

@@ -12,8 +12,8 @@
 #include "model/state.h"
 
 // Fraction of the size of the face: at larger depth the contact stiffness grows (4.21). Ordinary contact
-// stays linear: with growth from zero depth, discs of points separate 2 % faster.  Test: G3
-// (contact/deep_discs.inp)
+// stays linear: with growth from zero depth, discs of points separate 2 % faster
+// (test: contact/deep_discs.inp)
 const double CONTACT_DEEP = 0.05;
 
 // The faces that contact bonds meet in this increment

@@ -13,7 +13,7 @@
 namespace {
 
 // Fraction of the reach of a pair by which master faces and contact points may move before the test of
-// masters_known is repeated
+// masters_known is repeated: time only, as the search range includes it  (no test)
 const double MARGIN = 0.25;
 
 // Longest edge of the master faces of each pair, of all ranks: the search range of its contact points.

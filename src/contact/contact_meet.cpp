@@ -8,16 +8,16 @@
 
 namespace {
 
-// Test of all three: Face.ContactMeetsNearTheRimAndNotTooDeep (unit)
 // 1 + (1/4)^2, on squared distances: a point below an edge belongs to the face if it lies beside it by at
-// most a quarter of its depth (14 degrees)
+// most a quarter of its depth (14 degrees). RIM2, relative to the squared size of the face: a point beside
+// the rim by 1 % of the size is in contact  (test: Face.ContactMeetsNearTheRimAndNotTooDeep)
 const double BESIDE2 = 1.0625;
-const double RIM2    = 1e-4;   // of the squared size: a point beside the rim by 1 % of the size is in contact
-// of the squared size: a point that pushes and meets no other face keeps its face while it is beside it by
-// less than the size, so that its energy is recovered.  Test: verification/contact/g3_glance.inp
+const double RIM2    = 1e-4;
+// relative to the squared size: a point that pushes and meets no other face keeps its face while it is
+// beside it by less than the size, so that its energy is recovered  (test: contact/g3_glance.inp)
 const double HELD2   = 1.0;
 // Round-off of a gap, relative to the size of the face, and to its coordinates. Smaller gaps of either sign
-// are equal.  Tests: Contact.RoundingIsNoPenetration (unit), verification/contact/touch_place
+// are equal  (test: Contact.RoundingIsNoPenetration)
 const double ROUNDING = 1e-12, DIGITS = 8.0 * std::numeric_limits<double>::epsilon();
 
 double largest_coordinate(const MasterFace& f)
@@ -187,7 +187,7 @@ double hit_at(const MasterFace& f, const double* p, const double* xi, Hit& hit)
 
 }  // namespace
 
-// Test: Contact.TheNearestPlaceOfAFaceIsTheNearest (unit)
+// (test: Contact.TheNearestPlaceOfAFaceIsTheNearest)
 double contact_nearest(const MasterFace& f, const double* p, bool& over, Hit& hit)
 {
   double xi[2];
@@ -217,7 +217,7 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
   return distance2 - gap2 <= rim2 ? PROJ_RIM : PROJ_NONE;
 }
 
-// Test: verification/contact/g3_corners.inp
+// (no test)
 bool contact_outside(const Hit& hit, const MasterFace& neighbour, const double* p)
 {
   const MasterFace& f = *hit.face;
@@ -265,7 +265,7 @@ double distance(const Hit& hit) { return std::hypot(hit.r[0], hit.r[1], hit.r[2]
 
 }  // namespace
 
-// Test: Contact.EquallyNearFacesKeepTheirOrder (unit)
+// (test: Contact.EquallyNearFacesKeepTheirOrder)
 void contact_equal(std::vector<Hit>& best)
 {
   if (best.empty()) return;

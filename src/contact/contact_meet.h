@@ -9,7 +9,7 @@
 #include "model/state.h"
 
 // Fraction of the size of a face: a point deeper below it did not enter through this face.
-// Test: Face.ContactMeetsNearTheRimAndNotTooDeep (unit)
+// (test: Face.ContactMeetsNearTheRimAndNotTooDeep)
 const double CONTACT_DEEPEST = 0.5;
 
 struct MasterFace {

@@ -12,6 +12,7 @@ namespace {
 
 // Margin of near_outer beyond the search range, as a fraction of the size of each of the two faces. Larger:
 // larger pieces; smaller: more frequent divisions. Measured: doc/benchmarks.md, "Contact on several ranks"
+// (test: Divided.NearElementsAreOuterOnes)
 const double OUTER_MARGIN = 1.5;
 
 BoundingBox grown(BoundingBox b, double by)

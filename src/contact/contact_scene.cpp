@@ -12,12 +12,15 @@
 
 namespace {
 
-// Tests: Contact.* (unit), G1 (contact/g1_compare), G2 (contact/g2_flight.inp)
-const double REACH_STATIC = 0.5;     // of the size of each of two faces: search range in an increment
-const double REACH_MOTION = 0.125;   // the same in dynamics, in addition to the motion in the increment
-const double SCENE_MARGIN = 0.25;    // of the mean size: lists of near faces hold for half of this motion
-// of the size of a face: a face at least this far below it at t = 0, and at most BACK_REACH sizes away, is
-// the back of its own body
+// Search range in an increment, relative to the size of each of two faces: statics; dynamics, in addition to
+// the motion in the increment  (test: contact/g1_compare, contact/g2_flight.inp)
+const double REACH_STATIC = 0.5;
+const double REACH_MOTION = 0.125;
+// relative to the mean size of faces: lists of near faces hold for half of this motion
+// (test: Contact.NearFacesHoldForSmallMotions)
+const double SCENE_MARGIN = 0.25;
+// relative to the size of a face: a face at least this far below it at t = 0, and at most BACK_REACH sizes
+// away, is the back of its own body (theory 4.3)  (no test)
 const double BACK       = 1e-6;
 const double BACK_REACH = 2.0;
 

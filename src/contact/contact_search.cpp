@@ -172,10 +172,10 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
 }
 
 // Faces oppose each other if the cosine of their normals is below this. A face perpendicular to another, as
-// the side of a block on a floor, does not push on it.  Test: G2 (contact/g2_flight.inp)
+// the side of a block on a floor, does not push on it  (test: contact/g2_flight.inp)
 const double OPPOSED = -0.2;
 // the same where one of the faces belongs to a single free point: no face of it points ahead at its corners.
-// Test: G5 (contact/g5_debris)
+// (test: contact/g5_debris)
 const double OPPOSED_ALONE = 0.5;
 
 // Present position of a face, and the cylinder about its centre outside of which no point meets it: half of
@@ -201,7 +201,8 @@ void take_cylinder(FaceNow& a)
   a.radius2 = warp < 0.01 * shortest ? radius * radius : 1e300;
 }
 
-// Of the size of a face with a cylinder: largest difference between the height over its centre and the gap
+// Relative to the size of a face with a cylinder: largest difference between the height over its centre and
+// the gap; too small a value loses contacts, a larger one costs time only  (no test)
 const double HEIGHT_TOL = 0.06;
 
 // is p further than reach from face a, or beside it?
@@ -258,7 +259,7 @@ void facing(GeneralSearch& g, int i, IntVec& out)
 }
 
 // A point that pushes on a face and lies over it stays with it, even where another face is nearer: otherwise
-// it would enter a small body through one side and leave it through another.  Test: G4 (contact/g4_box)
+// it would enter a small body through one side and leave it through another  (test: contact/g4_box)
 bool stays(GeneralSearch& g, int i, int met, const double* p, double nearest, Hit& hit)
 {
   const FaceNow& b   = face_now(g, met);
@@ -307,7 +308,7 @@ void search_point(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
 
 // Contact point b of face i, of points off the grid, meets a wall if that is nearer than the face it met: a
 // fixed face, with no share in the jump. A point that pushes on a wall stays with it when its face has turned
-// away.  Test: G3 (contact/g3_walls.inp)
+// away  (test: contact/g3_walls.inp)
 void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
 {
   const FaceNow& a = face_now(g, i);

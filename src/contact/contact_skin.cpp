@@ -166,7 +166,7 @@ IntVec fixed_nodes(const Model& m)
 }
 
 // A face on a plane of symmetry, whose nodes or grid are fixed in the normal direction only, is inside the
-// body of which a half is modelled.  Test: Contact.PlanesOfSymmetryAreNoOuterFaces (unit)
+// body of which a half is modelled  (test: Contact.PlanesOfSymmetryAreNoOuterFaces)
 struct SymmetryPlanes {
   const Model& m;
   const Points& pts;

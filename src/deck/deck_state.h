@@ -114,7 +114,8 @@ struct Later {
   std::function<void(Deck&, Model&)> run;
 };
 
-// *BULK VISCOSITY: default coefficients of Abaqus/Explicit; NOT_GIVEN is replaced by deck_resolve
+// *BULK VISCOSITY: default coefficients of Abaqus/Explicit (6.35); NOT_GIVEN is replaced by deck_resolve
+// (test: strength/spall_compare)
 const double BULK_LINEAR = 0.06, BULK_QUADRATIC = 1.2, NOT_GIVEN = -1.0;
 
 struct Messages {

@@ -10,10 +10,12 @@
 
 namespace {
 
-// default POSITION TOLERANCE, relative to the mean size of the master faces; tolerance of points inside the
-// faces, relative to that of nodes
-const double TOLERANCE = 0.05, INSIDE_FACTOR = 2.0;
-const int MAX_LISTED = 5;      // nodes listed in a warning
+// default POSITION TOLERANCE, relative to the mean size of the master faces  (test: bad/tie_far.inp)
+const double TOLERANCE = 0.05;
+// tolerance of points inside the faces, relative to that of nodes: curved faces are further apart between
+// their nodes  (no test)
+const double INSIDE_FACTOR = 2.0;
+const int MAX_LISTED = 5;      // nodes listed in a warning  (no test)
 
 void fault(Deck& d, const TieDef& t, const std::string& text)
 {

@@ -3,8 +3,8 @@
 namespace {
 
 // HALFINC SCALE FACTOR: default, which gives an oscillator ten increments a period (theory 6.7); limit of
-// the warning: the factor of Abaqus multiplies a mean over the model and is many times larger.
-// Test: HALF (analytic/half_increments)
+// the warning: the factor of Abaqus multiplies a mean over the model and is many times larger
+// (test: analytic/half_increments)
 const double default_half_part = 0.05, large_half_part = 10.0;
 
 const double calculix_alpha = -0.05;       // default of CalculiX and Abaqus

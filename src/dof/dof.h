@@ -198,7 +198,7 @@ int dof_ranks(const Model& m);
 // dof_part : divides the model of rank 0 and sends each rank its piece. Collective.
 void dof_part(const DivideBy& by, Model& m);
 
-// largest work of a rank over the mean that counts as even: work is not estimated more accurately
+// largest work of a rank over the mean that counts as even: work is not estimated more accurately (no test)
 constexpr double WORK_EVEN = 1.05;
 
 // dof_work : work of the elements of this rank, [2][nelem]: the work that scales with rows and iterations, as

@@ -14,7 +14,7 @@ enum WorkKind { WORK_ELEM, WORK_POINT, WORK_KINDS };
 
 // Work of broken relative to intact material, measured in paper/p9_griffith (doc/benchmarks.md, "What two
 // ranks lose"): a broken C3D8 is formed outside packs and costs as much as 13 intact ones; a broken point
-// costs 0.66 of an intact one for each node pair, plus PAIRS_OF_LAW pairs for its law
+// costs 0.66 of an intact one for each node pair, plus PAIRS_OF_LAW pairs for its law  (no test)
 const double BROKEN_ELEM = 13.0, BROKEN_POINT = 0.66, PAIRS_OF_LAW = 110.0;
 
 // work of an element (half for a pack of eight) and of a point with this number
@@ -143,7 +143,7 @@ void take_points(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 }
 
 // largest work of a rank over the mean, above which it transfers points to another one. P9 on two ranks,
-// whole run: 80.9 s with 1.05, 79.7 with 1.02, 80.7 with 1.005
+// whole run: 80.9 s with 1.05, 79.7 with 1.02, 80.7 with 1.005  (no test)
 const double TRANSFER_ABOVE = 1.02;
 
 // an element whose points move to another rank, by the number of its first point

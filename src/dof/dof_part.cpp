@@ -21,10 +21,10 @@
 namespace {
 
 // least number of finite elements and cells of points on a rank: with fewer, messages cost more than they
-// save, and METIS balances badly
+// save, and METIS balances badly  (test: Divided.SmallModelsTakeFewerRanks)
 const int OWNED_AT_LEAST = 16;
 // fraction of all convertible elements: if ranks have more elements of other ranks in two rows, they store
-// the points of one row. P9, largest of four: 44.9 MB; 47.6 with two rows (3 % faster)
+// the points of one row. P9, largest of four: 44.9 MB; 47.6 with two rows (3 % faster)  (no test)
 const double TWO_ROWS_AT_MOST = 1.0 / 3.0;
 
 // will a body receive the points of converted elements?

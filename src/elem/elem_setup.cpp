@@ -61,7 +61,8 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<BlockKey, int>& know
   return el.block[it->second];
 }
 
-const double COORDINATE_TOL = 1e-12;   // of the size of an element: round-off of coordinates
+// relative to the size of an element: round-off of coordinates; equal elements share one kind  (no test)
+const double COORDINATE_TOL = 1e-12;
 
 // Kinds found so far, by the nodal coordinates relative to the first node, coarsely rounded
 struct Kinds {

@@ -12,15 +12,18 @@
 #include "model/model_cut.h"
 #include "point/point.h"
 
-// Fraction of Gc/h: with less psi+ an element is not tested or averaged; an element at a tip has 0.1
+// Fraction of Gc/h: with less psi+ an element is not tested or averaged (7.26); an element at a tip has 0.1
+// (no test)
 const double FRAC_MIN_DRIVE = 0.01;
 
 // In element sizes: default radius of the ball by FORCE and by BALL; radius of the ball around a notch in
-// which BALL also evaluates J; default spacing in dynamics
+// which BALL also evaluates J; default spacing in dynamics (theory 7.1)
+// (test: fracture/a10_sweep, fracture/start_plate_slit.inp, fracture/a14_motion)
 const double FRAC_RADIUS_FORCE = 5.0, FRAC_RADIUS_BALL = 2.0, FRAC_NOTCH = 5.0, FRAC_SPACING = 2.0;
-// radius of the region read for a kink, in element sizes
+// radius of the region read for a kink, in element sizes  (test: fracture/kink_motion.inp)
 const double FRAC_KINK = 6.0;
 // the same for the square around a sharp crack                                                     (7.38)
+// (no test: the halo of ranks, and no case with an interface is divided)
 const double FRAC_SHARP = 11.0;
 
 // Data of the mesh at t = 0 for fracture and conversion; computed once
@@ -85,7 +88,7 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
 std::vector<IntVec> frac_around(const Model& m, const IntVec& rank, int ranks, int rows);
 
 // rows of halo elements: whether corners of a converted element hang on nodes depends on the elements at its
-// nodes, and on whether their nodes have an element  (7.14)
+// nodes, and on whether their nodes have an element  (7.14)  (test: stress/divided)
 const int FRAC_ROWS = 2;
 
 // frac_other_material : are the energies of two elements with a section at equal strain different?

@@ -119,6 +119,7 @@ void take_surface(const Scan& s, int e, double radius, double* J)
 // in element sizes: spacing of sampling points of the crack, radius of the fit of its plane. Minimum variance
 // of the centres of cracked elements along the crack, in element sizes squared (two elements of a row: 0.25,
 // three: 0.67), and maximum variance across it, relative to that along it
+// (test: K7, fracture/interface_3d.inp)
 const double SPACING = 0.5, PLANE_RADIUS = 2.5, MIN_SPREAD = 0.1, MAX_FLATNESS = 0.4;
 
 }  // namespace

@@ -40,7 +40,7 @@ double release(double m, double K1, double K2)
 
 }  // namespace
 
-// Test: unit Fracture.KinksReleaseMost
+// (test: Fracture.KinksReleaseMost)
 Kink kink_of(double ratio)
 {
   const double K2 = std::fabs(ratio);

@@ -13,7 +13,7 @@
 
 namespace {
 
-const int MAX_BINS = 2000;    // in a direction: limits the memory of empty bins between distant parts
+const int MAX_BINS = 2000;    // in a direction: limits the memory of empty bins of distant parts  (no test)
 
 void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
 {
@@ -166,6 +166,7 @@ bool is_between(const Elements& el, const FracMesh& fm, int node)
 }
 
 // length of the mean normal of the faces of an interface at a node; less: a bend of 120 degrees or more
+// (theory 7.1)  (no test)
 const double INTERFACE = 0.5;
 
 // mean normal of the interface faces at a node, from the smaller block number to the larger

@@ -10,7 +10,8 @@
 
 namespace {
 
-const double CURVED_FACTOR = 1.02;     // sizes are computed with straight edges
+// safety factor of the range of the halo: sizes are computed with straight edges  (no test)
+const double CURVED_FACTOR = 1.02;
 
 // A mesh before its elements are set up
 struct Sizes {

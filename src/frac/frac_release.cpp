@@ -11,10 +11,10 @@
 namespace {
 
 // a released point, which is elastic, is reshaped above this stretch and below the inverse volume ratio, for
-// any smaller RELEASE.  Test: verification/contact/g3_grains.inp
+// any smaller RELEASE  (test: contact/g3_kinds)
 const double RESHAPE = 1.5;
 // minimum size of a released point, as a fraction of its undeformed size along each axis of its stretch, and
-// minimum scale when fitted between others.  Test: verification/contact/g4_box
+// minimum scale when fitted between others  (test: contact/g4_box)
 const double MIN_SIZE = 0.5;
 
 // F of a point; 33 is 1 in the plane                                                          (3.5)

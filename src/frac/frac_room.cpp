@@ -9,7 +9,8 @@
 
 namespace {
 
-// overlap to ignore, in cell sizes.  Test: verification/contact/g4_box, overlap of debris
+// overlap to ignore, relative to the smaller of two cells; trials of the scale that fits between others, to
+// 2^-12 of the range  (test: contact/g4_box)
 const double OVERLAP_TOL   = 1e-6;
 const int BISECTIONS = 12;
 

@@ -38,7 +38,7 @@ struct Scan {
 Estimate estimate_of(const Scan& s, int e);
 double radius_of(const Scan& s, int e);
 
-// centres at the radius belong to the ball, independently of round-off and units
+// relative to the radius: centres at it belong to the ball, independently of round-off and units  (no test)
 const double AT_RADIUS = 1.0 + 1e-6;
 
 // calls use(o, distance) for the elements with centres in the ball of e

@@ -12,21 +12,23 @@
 namespace {
 
 const double PI = 3.14159265358979323846;
-const double ROUNDING = 1.0 + 1e-9;    // round-off of a bound
-// see behind_tip. Lower: flanks of a crack break (A14); higher: it cannot branch (P8)
+const double ROUNDING = 1.0 + 1e-9;    // round-off of a bound, relative to it  (no test)
+// psi+/Gc of a candidate, relative to the largest of its competitors (behind_tip, theory 7.1). Lower: flanks
+// of a crack break (A14); higher: it cannot branch (P8)  (test: fracture/a14_motion, paper/p8_compare)
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
-const double TIME_STEPS = 1e6;         // of an increment: round-off must not separate a symmetric pair
+// parts of an increment: round-off of the time of a break must not separate a symmetric pair  (no test)
+const double TIME_STEPS = 1e6;
 // A crack kinks if the kink releases more by this factor: at a notch, with known direction, than straight
 // growth; for a grown crack, than |J|. Up to K_II/K_I = 0.4, |J| has the direction of a kink. Staircases of
-// the mesh have less gain, although they appear as shear, as do waves in dynamics (A14). Test: A10, P7, K2
-// (fracture/kink_inclined.inp)
+// the mesh have less gain, although they appear as shear, as do waves in dynamics (A14)
+// (test: fracture/kink_inclined.inp, fracture/a10_sweep, paper/p7_compare)
 const double KINK_GAIN = 1.05, KINK_GAIN_GROWN = 1.15, KINK_GAIN_MOTION = 1.15;
-// relative difference of ranks of a symmetric pair, by the tolerance of Newton's method
+// relative difference of ranks of a symmetric pair, by the tolerance of Newton's method  (no test)
 const double RANK_TOL = 1e-3;
 // elements of a 3D front within this difference break together: |J| varies by it along a straight front.
-// Test: A10, K5
+// (test: fracture/a10_strip_3d.inp, fracture/crack_penny.inp)
 const double FRONT_TOL = 0.03;
-// cosine of the normals of two opposite faces
+// cosine between the directions to two opposite broken neighbours, 120 degrees  (no test)
 const double OPPOSITE_COS = -0.5;
 
 // ---- energy average in a ball                                                      (7.3), (7.4)
@@ -66,8 +68,8 @@ double ball_estimate(Scan& s, int e, bool bound = false)
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
 
-// energy released by growth of a slot under stress along it; 0 for a sharp crack.
-// Test: K2 (fracture/kink_inclined.inp, b=15)                                                       (7.35)
+// energy released by growth of a slot under stress along it; 0 for a sharp crack                    (7.35)
+// (test: fracture/kink_inclined.inp), with b=15
 double slot_release(const Scan& s, const Tip& t)
 {
   const double lam = s.law(t.elem).lam, mu = s.law(t.elem).mu;
@@ -94,10 +96,11 @@ bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
   return k.gain >= KINK_GAIN_MOTION;
 }
 
-// in element sizes: distance of an interface from the tip within which the crack is treated as sharp.
-// Test: K4
+// in element sizes: distance of an interface from the tip within which the crack is treated as sharp
+// (test: fracture/crack_interface.inp, fracture/interface_motion.inp)
 const double INTERFACE_DISTANCE = 3.0;
-// in release times of an element, about 7 h/c_R: a tip without growth for longer is at rest. Test: K4
+// in release times of an element, about 7 h/c_R: a tip without growth for longer is at rest
+// (test: fracture/interface_motion.inp)
 const double REST_TIME = 4.0;
 
 // normal n of a crack that grows along d; in 3D d is the part of J perpendicular to n; false: none
@@ -263,7 +266,7 @@ bool may_start(Scan& s, int e)
 }
 
 // cosine of the directions of a crack in the ball and in half of it, 20 degrees; below: bent.
-// Test: K1 (fracture/k2_kinks), A10
+// (test: fracture/k2_kinks, fracture/a10_sweep)
 const double BENT_COS = 0.94;
 
 // the order: J along the direction from the broken elements of the ball, so that the path does not follow
@@ -334,16 +337,17 @@ bool near_crack(const Scan& s, int e)
 
 // ---- candidates
 
-// in element sizes: length of a kink
+// in element sizes: length of a kink (theory 7.1)  (test: fracture/k2_kinks)
 const double KINK_LENGTH = 3.0;
 // cosine between the direction from a crack into an element and the direction, or plane, of the crack; below,
 // or with a centre further off the plane (in element sizes), the element is beside the crack, and its
-// breaking is a kink. Test: K7
+// breaking is a kink  (test: K7)
 const double BESIDE_COS = 0.5, BESIDE_DISTANCE = 0.6;
 // in element sizes: distance along the crack from the centre of cracked elements within 2.5; below: a flank
+// (no test)
 const double MIDDLE_DISTANCE = 0.5;
 
-const int MAX_KINK = 16;       // elements of a kink
+const int MAX_KINK = 16;       // elements of a kink, of a length of three  (no test)
 
 // A candidate, with all data for the choice over all ranks
 struct Candidate {
@@ -565,7 +569,7 @@ void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
 }
 
 // FORCE: is e at a flank of a removed slot, away from its ends?
-// Test: K2 (fracture/kink_inclined.inp, b=15)
+// (test: fracture/kink_inclined.inp), with b=15
 bool flank(const Scan& s, int e)
 {
   double n[3], mid[3], off = 0.0, apart = 0.0;

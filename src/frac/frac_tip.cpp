@@ -9,17 +9,19 @@
 namespace {
 
 // cosine of the directions of a crack in the ball and in half of it, 3 degrees; below: not straight
+// (test: fracture/k2_kinks)
 const double STRAIGHT_COS = 0.9986;
 // cosine between the crack and the direction into an element at its end; below: beside the crack
+// (test: fracture/k2_kinks)
 const double AHEAD_COS = 0.7;
 // in element sizes: distance from the end of the crack to the centre of the cracked elements in the ball;
-// below: too short for a direction (three elements of a row: 1.5)
+// below: too short for a direction (three elements of a row: 1.5)  (no test)
 const double MIN_CRACK = 1.4;
-// fraction of a stress along a slot that remains on the line ahead of its end
+// fraction of a stress along a slot that remains on the line ahead of its end  (no test)
 const double BEFORE_END = 0.85;
-// slope of the sides of a notch that is not a slot
+// slope of the sides, rise over length, above which a notch is not a slot  (no test)
 const double NOTCH_SLOPE = 0.3;
-// toughness ratio of an element that blocks growth
+// toughness ratio above which an element blocks growth  (test: fracture/crack_interface.inp)
 const double TOUGHER = 1.2;
 
 // radius of the ball for the direction of a crack: EPSILON may be too small

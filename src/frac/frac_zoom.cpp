@@ -14,11 +14,12 @@
 namespace {
 
 // sizes of the cells from the tip outwards, in element sizes. 3.3 more sizes change K4 by 1 %
+// (test: fracture/crack_interface.inp)
 const int FINE_CELLS = 8, SIDE = 26, NODES = SIDE + 1;
 const double FINE_SIZE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
 const int CELLS_PER_ELEMENT = 4;         // fine cells in the size of an element
 const int TIP     = SIDE / 2;  // column of the tip, row of the crack
-// in element sizes: cracked elements further from the line of the crack are void
+// in element sizes: cracked elements further from the line of the crack are void  (no test)
 const double SLOT_DISTANCE = 0.75;
 
 struct SmallCell {

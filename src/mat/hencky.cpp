@@ -9,7 +9,9 @@ namespace {
 using Mat3 = Eigen::Matrix3d;
 using Vec3 = Eigen::Vector3d;
 
-const double EQUAL_STRETCH = 1e-6;   // relative difference of squares of stretches: below it the limit (2.28)
+// relative difference of squares of stretches, below which the limit is taken (2.28): the quotient has lost
+// half of its digits  (test: Law.PlasticUniaxialStressFollowsTheTableInLogarithmicStrain)
+const double EQUAL_STRETCH = 1e-6;
 
 Mat3 tensor(const double* a)
 {

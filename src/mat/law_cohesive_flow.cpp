@@ -21,7 +21,8 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
 enum { CRACK = FLOW_EQUIVALENT + 1, FLOW_WORK = CRACK + CRACK_OPENING + 1 };     // history, after the flow
-// of the elastic stiffness: lower bound where flow of the material makes the crack snap back
+// relative to the elastic stiffness: lower bound where flow of the material makes the crack snap back
+// (no test)
 const double MIN_STIFFNESS = 1e-3;
 
 // The crack and the adjacent material, at one strain

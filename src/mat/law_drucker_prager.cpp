@@ -16,8 +16,9 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-const double ON_CONE = 1e-12;     // of the cohesion: round-off of a state on the yield surface
-// of the elastic stiffness, at the apex, where the tangent is zero. Test: C10 (strength/dp_apex.inp)
+// relative to the cohesion: round-off of a state on the yield surface  (no test)
+const double ON_CONE = 1e-12;
+// relative to the elastic stiffness, at the apex, where the tangent is zero  (test: strength/dp_apex.inp)
 const double APEX = 1e-3;
 
 // Return to the cone of a trial stress

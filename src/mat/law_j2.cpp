@@ -13,7 +13,8 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-const double ON_SURFACE = 1e-12;     // of the yield stress: round-off of a state on the yield surface
+// relative to the yield stress: round-off of a state on the yield surface  (no test)
+const double ON_SURFACE = 1e-12;
 
 // Return to the yield surface of the deviatoric part s of a trial stress
 struct Return {

@@ -7,8 +7,9 @@
 
 namespace {
 
-const int MAX_ITERATIONS = 50;      // for E33 in plane stress; quadratic from a good start: 3 to 6
-// (dE/E)^2: below, the mean stress is exact to round-off (2.14), except with plastic flow
+// iterations for E33 in plane stress; quadratic from a good start: 3 to 6  (no test)
+const int MAX_ITERATIONS = 50;
+// (dE/E)^2: below, the mean stress is exact to round-off (2.14), except with plastic flow  (no test)
 const double SAME_STRAIN = 1e-14;
 
 // D of plane stress: without row and column 33                                       (2.13)

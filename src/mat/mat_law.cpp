@@ -4,6 +4,7 @@ namespace {
 
 // Poisson's ratio from which full integration locks: without F-bar, 32 x 32 CPE4 of Cook's membrane
 // (A17) give 7.20 of 7.77 just below it, and 2.83 at 0.4999
+// (test: Deck.nearly_incompressible_material_locks, analytic/cook_hooke.inp)
 const double LOCKING_POISSON = 0.49;
 
 }  // namespace

@@ -184,7 +184,7 @@ bool volume(bool finite, const double E[6], double& j, double* G, double* D)
   if (D) std::fill(D, D + 36, 0.0);
   if (G) {
     // not std::copy(Id, Id + 6, G): GCC 12.2 with AVX-512 copies the constants 1 1 1 0 as 1 1 1 1 (-O1; -O2
-    // if not inlined), and broken material would bear shear. Test: Split.PressureBearsNoShear
+    // if not inlined), and broken material would bear shear (test: Split.PressureBearsNoShear)
     for (int m = 0; m < 6; ++m) G[m] = Id[m];
   }
   if (!finite) return true;

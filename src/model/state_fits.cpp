@@ -7,7 +7,9 @@
 
 namespace {
 
-const double FAR = 1e150;      // larger numbers overflow when squared
+// in the units of the state: larger numbers overflow when squared
+// (test: Archive.AStateThatDoesNotFitTheModelIsSeen)
+const double FAR = 1e150;
 
 template <class T>
 bool has(const std::vector<T>& v, std::size_t n) { return v.size() == n; }

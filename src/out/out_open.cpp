@@ -10,7 +10,7 @@
 
 namespace {
 
-const int EVERY = 100;         // explicit increments per line of the listing
+const int EVERY = 100;         // explicit increments per line of the listing  (no test)
 
 bool leaps(const Model& m, const State& s)
 {

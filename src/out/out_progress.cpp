@@ -9,7 +9,7 @@
 
 namespace {
 
-const double LINE_PAUSE = 1.0; // seconds between two lines
+const double LINE_PAUSE = 1.0; // wall seconds between two lines on a terminal  (no test)
 
 // number of broken elements, and position of the crack tip
 std::string crack_text(const Model& m, const State& s, const Output& out)

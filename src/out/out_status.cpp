@@ -15,7 +15,8 @@
 
 namespace {
 
-const double PAUSE = 1.0;      // wall seconds between rows of explicit increments
+// wall seconds between rows of explicit increments  (no test)
+const double PAUSE = 1.0;
 
 const char* const column_titles =
     "STEP     INC  ATT ITERS    TOTAL_TIME     STEP_TIME            DT   BROKEN    POINTS         WALL";

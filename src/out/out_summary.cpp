@@ -285,9 +285,10 @@ void print_viscous(std::FILE* file, const Model& m, const Points& pts)
 
 // number of elements that a wave may cross in an increment for fracture to be resolved. With lumped masses
 // the number of broken elements is the same within its scatter up to 2.3 (doc/verification/fracture.md, MASS)
+// (test: fracture/mass_named)
 const double MOST_CROSSED = 3.0;
 // the same with consistent masses: above it the number grows as the increment decreases, below by 2 %
-// (fracture/increment.inp)
+// (fracture/increment.inp)  (test: fracture/mass_named)
 const double CROSSED_CONSISTENT = 0.3;
 
 // Is there material with fracture and a consistent mass, on any rank?

@@ -28,8 +28,10 @@ float single_of(double value)
   return std::fabs(value) < FLT_MIN ? 0.0f : static_cast<float>(value);
 }
 
-// writes the buffer to the file when it exceeds its limit
+// bytes of the buffer after which it is written; a multiple of 3, for base64  (test: stress/vtk_formats)
 const std::size_t PART = 3 << 12;
+
+// writes the buffer to the file when it exceeds its limit
 void put_waiting(std::FILE* file, std::string& bytes, std::size_t most)
 {
   if (bytes.size() <= most) return;

@@ -109,7 +109,8 @@ inline bool grid_is_weak(const Grid& g, double support) { return !(support >= g.
 
 struct KeyHalo;
 
-const int REACH = 3;           // cells from a weak node to the nodes that it may be interpolated from
+// cells from a weak node to the nodes that it may be interpolated from (theory 3.3)  (no test)
+const int REACH = 3;
 
 // grid_ghost : ghost stabilisation of the active cells; node: keys of touched nodes, ascending.
 // halo: owned and halo cells of a divided model; null: the cells are g.cell.  doc/theory.md (3.16)

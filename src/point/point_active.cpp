@@ -11,7 +11,7 @@
 namespace {
 
 // Bodies that meet through the grid share nodes between them: the grid is then laid anew after this fraction
-// of KEEP.  Test: G3 (contact/g3_pf.inp -D dt=1.25e-3)
+// of KEEP  (test: contact/g3_pf.inp)
 const double KEEP_OF_MEETING = 0.1;
 
 // the multilinear weights of a cell at xi (outside 0 ... 1: extrapolation); zero weights are left out

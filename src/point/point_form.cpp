@@ -10,7 +10,7 @@ namespace {
 
 // Plastic flow does not resist a change of shape, and the law uses the mean volume of a group only: nothing
 // would keep the volume of a single point. Its deviation from the mean is penalised with this fraction of the
-// shear modulus.  Test: A17 (stress/points_flow)
+// shear modulus  (test: stress/points_flow)
 const double VOLUME_PENALTY = 0.1;
 
 // stiffness of theta - thetabar of a point, of a law with plastic flow        (1.14a) force/length^2

@@ -9,8 +9,11 @@
 
 namespace {
 
-const double LEAST_PIVOT   = 1e-6;     // of the diagonal of A; below, the incomplete factor is useless
-// of the diagonal, if a pivot is not positive; then increased by factors of ten
+// relative to the diagonal of A; below, the incomplete factor is useless
+// (test: Divided.BorderWantsALargerDiagonal)
+const double LEAST_PIVOT   = 1e-6;
+// relative to the diagonal, if a pivot is not positive; then increased by factors of ten
+// (test: Divided.BorderWantsALargerDiagonal)
 const double FIRST_SHIFT   = 1e-3;
 const double LARGEST_SHIFT = 10.0;
 

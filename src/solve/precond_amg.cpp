@@ -13,8 +13,9 @@
 
 namespace {
 
-// Affects run time, not results (doc/benchmarks.md, Algebraic multigrid)
-const double SETUP_AGAIN = 10.0;   // cost of new coarse matrices, in iterations
+// cost of new coarse matrices, in iterations: time only (doc/benchmarks.md, Algebraic multigrid)
+// (test: Krylov.MultigridSeesSmoothModes)
+const double SETUP_AGAIN = 10.0;
 
 const Petsc* petsc = nullptr;
 

@@ -18,10 +18,11 @@ struct GridBlock {
 
 namespace {
 
-// of the stiffness of its elements: a block with a larger difference belongs to the set
+// relative to the stiffness of its elements: a block with a larger difference belongs to the set
+// (test: Krylov.ChangedRowsAreExactToSinglePrecision)
 const double CHANGED    = 0.01;
-const size_t MAX_CHANGED = 300;      // unknowns of the set
-// of a unit diagonal: rows of the grid may have no stiffness of their own
+const size_t MAX_CHANGED = 300;      // unknowns of the set: its dense matrix costs their cube  (no test)
+// relative to a unit diagonal: rows of the grid may have no stiffness of their own  (no test)
 const double SHIFT      = 1e-14;
 
 double largest(const double* a, int n)

@@ -13,10 +13,12 @@
 
 namespace {
 
-const double BLAS_BUFFER = 150.0;    // MB
+const double BLAS_BUFFER = 150.0;    // MB, which BLAS takes beside the factors  (no test)
 // operations of a skyline factorisation, half a millisecond; MUMPS has an overhead of a quarter millisecond
+// (no test)
 const double MAX_SKYLINE_FLOPS = 2e6;
 // equations of a 2D problem from which on CHOLMOD is faster than MUMPS: 0.73 of its time, contact with 1060
+// (no test)
 const int CHOLMOD_FROM = 200;
 
 #ifdef MPFE_MUMPS
@@ -210,8 +212,8 @@ Status solve_fail(Solver& s, Status status, const char* format, ...)
 bool solve_same_pattern(const Solver& s, const SysMatrix& A)
 {
   const SolverData& d = *s.data;
-  // compare the shared rows too: a contact with another face may give the same pattern on other nodes.
-  // Test: S6 (contact/g2_edges on two ranks)
+  // compare the shared rows too: a contact with another face may give the same pattern on other nodes
+  // (test: stress/s6_ranks), contact/g2_edges.inp on two ranks
   const bool rows = d.pattern.halo.common == A.halo.common && d.pattern.halo.owner == A.halo.owner;
   const bool same = d.pattern.dim == A.dim && d.pattern.off == A.off && d.pattern.col == A.col &&
       (!sys_shared(A) || rows);

@@ -103,8 +103,8 @@ IntVec part_weights(const RealVec& weight);
 
 struct SolverData;             // private to the solver files
 
-// equations; below, a factorisation takes a few milliseconds and no choice is needed.
-// Test: Krylov.ChosenPathsAgree (unit), with 4800 of them
+// equations; below, a factorisation takes a few milliseconds and no choice is needed
+// (test: Krylov.ChosenPathsAgree), with 4800 of them
 const int SMALL_SYSTEM = 2000;
 
 // Solution methods                                                            doc/theory.md 8

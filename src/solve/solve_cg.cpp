@@ -6,9 +6,13 @@
 
 namespace {
 
-const double INDEPENDENT = 1e-8;   // least fraction of the energy of a solution not in the span of the others
-const double CANCELS = 1e-8;   // of r r: below, a difference of squares has lost too many digits
-const double CLEAR = 5.0;      // safety factor on the estimate of sqrt(r M^-1 r) by the length of r
+// least fraction of the energy of a solution that is not in the span of the others
+// (test: Krylov.BeginsWithEarlierSolutions)
+const double INDEPENDENT = 1e-8;
+// relative to r r: below, a difference of squares has lost too many digits  (no test)
+const double CANCELS = 1e-8;
+// safety factor on the estimate of sqrt(r M^-1 r) by the length of r: time only  (no test)
+const double CLEAR = 5.0;
 
 // q = A p, several ranks: the contribution of this one; returns its contribution to p q
 double part_of_product(const CgSystem& s, const RealVec& p, RealVec& q)

@@ -41,7 +41,8 @@ ChmData::~ChmData()
 
 namespace {
 
-const int TOGETHER = 16;        // right-hand sides solved together: more are no cheaper
+// right-hand sides solved together: more are no cheaper  (test: Solve.Cholmod)
+const int TOGETHER = 16;
 
 // CHOLMOD starts four OpenMP threads in each supernode, whatever the user has set; they make the
 // factorisation 1.5 times as expensive

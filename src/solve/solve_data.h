@@ -16,7 +16,9 @@
 #include "base/timer.h"
 #include "solve/solve.h"
 
-const double ZERO_PIVOT = 3e-12;    // skyline, CHOLMOD: relative to the diagonal of A in the same equation
+// skyline, CHOLMOD: relative to the diagonal of A in the same equation
+// (test: Solve.SingularIsTold, Solve.SoftBesideStiff)
+const double ZERO_PIVOT = 3e-12;
 
 // with_dim : calls use(integral constant) for blocks of this size
 template <class Use>

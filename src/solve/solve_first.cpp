@@ -22,7 +22,7 @@ struct FirstAlone {
 
 namespace {
 
-// equations of systems that rank 0 solves alone: it must store the whole matrix and its factors
+// equations of systems that rank 0 solves alone: it must store the whole matrix and its factors  (no test)
 const long MAX_FIRST = 300000;
 
 // ---- rows and pattern of all ranks -------------------------------------------------

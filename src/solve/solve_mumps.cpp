@@ -37,9 +37,11 @@ enum Job { JOB_OPEN = -1, JOB_CLOSE = -2, JOB_ANALYSE = 1, JOB_FACTOR = 2, JOB_B
 
 enum Order { ORDER_GIVEN = 1, ORDER_AMF = 2, ORDER_CHOOSE = 7 };      // ICNTL(7)
 
-const int RELAX         = 20;        // percent of workspace above the estimate, at first
+// percent of workspace above the estimate of MUMPS: at first, and after doublings  (no test)
+const int RELAX         = 20;
 const int RELAX_MOST    = 640;
-const double NULL_PIVOT = 1e-12;     // relative to the norm of A scaled to unit diagonal
+// relative to the norm of A scaled to unit diagonal  (test: Solve.NullPivotsAreFixed, Solve.SoftBesideStiff)
+const double NULL_PIVOT = 1e-12;
 
 // numbering as in the manual of MUMPS
 MUMPS_INT& icntl(MumpsData& m, int i) { return m.id.icntl[i - 1]; }

@@ -8,19 +8,24 @@
 namespace {
 
 // Limits of the choice of the solution method. They decide which method solves a system, and so, within the
-// required accuracy, the last digits of the results.
-// Tests: SPEED (speed/guard: seconds, speed/reuse: answers)
+// required accuracy, the last digits of the results (theory 8.3). That the results stay is tested by
+// speed/reuse; a choice that is slow only is noticed by no test, except where one is named
+// (no test)
 const long PAUSE    = 50;      // solutions until a slower method is tried again; doubled if it fails
-const int MAX_ITERATIONS = 5000;
+const int MAX_ITERATIONS = 5000;       // of conjugate gradients
 // iterations with the incomplete factor for a cube of elements: times cbrt(nodes)
 const double CUBE_ITERATIONS = 3.6;
 // iterations with the incomplete factor for 8 digits, above which multigrid is faster; cost of a multigrid
-// solution in such iterations (3.7 per iteration, set-up 100 to 150 for all systems that share it)
+// solution in such iterations (3.7 per iteration, set-up 100 to 150 for all systems that share it). Measured:
+// theory 8.4  (no test)
 const double AMG_FROM = 130.0, AMG_WORK = 70.0;
 const int AMG_ITERATIONS = 200;        // maximum with multigrid, which takes 10 to 30 where it is suitable
-const long AMG_WAIT = 8;       // solutions until multigrid is tried again after a failure; doubled each time
-const int CHANGED_ITERATIONS = 30;     // maximum with corrected factors: then a factorisation is cheaper
-const size_t PAST   = 6;       // solutions stored for the initial guess of the next one
+// solutions until multigrid is tried again after a failure; doubled each time
+// (test: Krylov.MultigridThatFailsWaits)
+const long AMG_WAIT = 8;
+// maximum with corrected factors: then a factorisation is cheaper  (no test)
+const int CHANGED_ITERATIONS = 30;
+const size_t PAST   = 6;       // solutions stored for the initial guess of the next one (8.8)
 const double SMOOTH = 0.5;     // weight of the newest measurement
 const double NEVER  = std::numeric_limits<double>::infinity();
 
@@ -37,7 +42,7 @@ double expected(const PathCost& c, double digits)
 
 // Machine rates used for the choice instead of a clock, so that two runs, and all ranks of a run, choose
 // alike (8.5). Assumed, not measured at run time: one core of the machine of doc/benchmarks.md, cube and
-// cantilever. Only their ratios matter: a wrong ratio selects a slower method.  Test: SPEED (speed/guard)
+// cantilever. Only their ratios matter: a wrong ratio selects a slower method  (no test)
 struct MachineRates {
   double factor = 2e10;        // operations of a factorisation                           1/second
   double cg = 3e9;             // bytes of matrix read by conjugate gradients             1/second
@@ -50,14 +55,16 @@ struct MachineRates {
 };
 const MachineRates rate_of;
 
-// Work in units of one iteration with the incomplete factor
+// Work in units of one iteration with the incomplete factor (theory 8.3, 8.4)  (no test)
 const double CHOLESKY_FORM = 4.0, AMG_FORM = 120.0;  // set-up of the factor, and of multigrid
 const double AMG_ITERATION = 3.7, PRODUCT = 0.4;     // an iteration with multigrid; a product A p
-// set-up of the factor, by dimension, in the decision whether to keep an earlier one
+// set-up of the factor, by dimension, in the decision whether to keep an earlier one               (8.14)
+// (test: Krylov.IncompleteFactorIsKept)
 const double KEPT_FORM[4] = {0.0, 1.0, 1.0, 2.5};
-// in units of one back substitution: one of many at once, one in single precision
+// in units of one back substitution: one of many at once, one in single precision  (no test)
 const double BATCHED_COLUMN = 0.5, SINGLE_PRECISION = 0.5;
-const int GUESS = 200;         // iterations with the incomplete factor, before any are counted
+// iterations with the incomplete factor, before any are counted  (no test)
+const int GUESS = 200;
 
 double cholesky_guess(const SolverData& d, double iterations = GUESS)
 {
@@ -154,8 +161,10 @@ int counted_limit(const SolverData& d, SolvePath path, double seconds)
 
 // In dynamics the first systems are solved without a factorisation, which in 3D is expensive and whose
 // factors would take most of the memory; more iterations mean that dt is so large that inertia no longer
-// conditions the matrix. In 2D on one rank factors are cheap and soon pay off
-const int FIRST_ITERATIONS = 60, FIRST_ITERATIONS_2D = 15;
+// conditions the matrix  (test: Krylov.ExactInMotionWithoutFactors)
+const int FIRST_ITERATIONS = 60;
+// the same in 2D on one rank, where factors are cheap and soon pay off  (no test)
+const int FIRST_ITERATIONS_2D = 15;
 
 int first_limit(int dim) { return dim == 2 && !several() ? FIRST_ITERATIONS_2D : FIRST_ITERATIONS; }
 
@@ -165,8 +174,8 @@ bool inertia_dominates(const SolverData& d, const SolveTask& task, int dim)
   return task.inertia && !d.factored && (!c.known || c.rate * first_limit(dim) >= task.digits);
 }
 
-// in dynamics conjugate gradients reach the accuracy of a factorisation with enough iterations, and need no
-// memory for factors
+// relative residual: in dynamics conjugate gradients reach the accuracy of a factorisation with enough
+// iterations, and need no memory for factors  (test: Krylov.ExactInMotionWithoutFactors)
 const double EXACT = 1e-12;
 
 SolveTask exact_in_motion(const Solver& s, const SolveTask& task, int dim)

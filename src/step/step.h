@@ -191,7 +191,7 @@ int step_open(Problem& p);
 // step_supports : dynamics: dofs first prescribed in step k, which starts at time, get the velocity of their
 // support at once. A jump within the first increment would change the energy by that of their mass.
 // True: a velocity in v changed. Collective.
-// Tests: A6 (stress/velocity_on_support.inp, stress/support_begins.inp)
+// (test: stress/velocity_on_support.inp, stress/support_begins.inp)
 bool step_supports(const Model& m, int k, double time, RealVec& v);
 
 // step_prepare : active grid, rows, pattern and mass of the next increment, once for all attempts

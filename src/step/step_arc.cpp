@@ -12,17 +12,18 @@
 
 namespace {
 
-// Elements whose utilisation differs from the largest by less than this open together. Test: C2
-// (strength/snap.inp)
+// Elements whose utilisation differs from the largest by less than this, relative to it, open together
+// (test: strength/snap_back)
 const double SHARE_TOL = 1e-6;
-// Opening of an element in an increment of dt of the deck, relative to the full opening. Test: C2
+// Opening of an element in an increment of dt of the deck, relative to the full opening  (test: C2)
 const double OPENING_STEP = 0.2;
 // Excess of an uncracked element over its extension at the strength, relative to it: with more, elements
-// beside it would open as well. Test: C2
+// beside it would open as well  (test: C2)
 const double STRENGTH_EXCESS = 0.002;
-// The step ends at this load, relative to the largest
+// The step ends at this load, relative to the largest; what is left of Gc is its square (strength/snap.inp)
+// (test: strength/snap_back)
 const double END_LOAD = 0.02;
-// Tolerance of the displacement of the set at the end, relative to it: error of Newton's method
+// Tolerance of the displacement of the set at the end, relative to it: error of Newton's method  (no test)
 const double SET_TOL = 1e-6;
 
 double along(const double* N, const double* x, int dim)

@@ -7,20 +7,20 @@ namespace {
 
 // Automatic increments grow by GROWS after EASY_ONES in a row with EASY iterations at most, and shrink by
 // SHRINKS after more than HARD. Four iterations of Newton's method show quadratic convergence.
-// Test: Clock.TwoEasyIncrementsGrowAndOneHardShrinks (unit)
+// (test: Clock.TwoEasyIncrementsGrowAndOneHardShrinks, Clock.CutIncrementsOfDirectGrowBack)
 const int EASY = 4, EASY_ONES = 2, HARD = 8;
 const double GROWS = 1.5, SHRINKS = 0.75;
 
 // Dynamics: the half-increment residual falls with the square of the increment. After SMALL_ONES in a row of
 // SMALL of the limit at most each increment grows, until one is larger. Number and factor are those of
 // Abaqus; 0.8 of the limit is expected of a longer increment.
-// Test: Clock.SmallResidualsGrow (unit)
+// (test: Clock.SmallResidualsGrow)
 const int SMALL_ONES = 3;
 const double GROWS_BY = 1.25, SMALL = 0.8 / (GROWS_BY * GROWS_BY);
 
 // DIRECT: the length after cuts doubles after an increment of EASY iterations at most, after two in a row of
-// HARD at most, and at multiples of dt (whole). A difficult phase costs few rejected attempts.
-// Test: Clock.CutIncrementsOfDirectGrowBack (unit)
+// HARD at most, and at multiples of dt (whole). A difficult phase costs few rejected attempts
+// (test: Clock.CutIncrementsOfDirectGrowBack)
 void grow_back(const Step& s, double used, int iterations, bool whole, StepClock& c)
 {
   if (!whole && used < c.dt * (1.0 - 1e-9)) return;          // shortened by an output time

@@ -106,6 +106,7 @@ Failure turning_accelerations(Problem& p, Attempt& a, const RealVec& f)
 }
 
 // Rows with a smaller row sum relative to their diagonal are left out: weights of opposite sign cancel there
+// (no test)
 const double MIN_ROW_SUM = 0.05;
 
 }  // namespace

@@ -19,11 +19,11 @@ bool points_changed(const State& st, const UndoPoint& u)
 double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic + g.cohesive; }
 
 // Interval of explicit fracture tests, relative to the wave transit time of the smallest element, unless the
-// deck gives one. Test: X4
+// deck gives one  (test: paper/p9_explicit.inp)
 const double TEST_INTERVAL = 0.5;
 
 // Explicit: conversion and release of points only every so many increments, since each one rebuilds grid,
-// masses, bonds and surfaces; until then broken elements stay elements. Test: X4
+// masses, bonds and surfaces; until then broken elements stay elements  (test: paper/p9_explicit.inp)
 const int CONVERT_EVERY = 4;
 
 bool may_convert(const Step& s, const StepLog& log)

@@ -9,17 +9,18 @@ namespace {
 
 // Lower bounds of the limit of the residual: this part of the force that would stop the fastest mass within
 // the increment, and this multiple of the residual of Newton's method. In free flight only round-off remains.
-// Test: HALF (analytic/impact_bar.inp), increments grow in flight
+// Increments grow there  (test: analytic/impact_bar.inp)
 const double MOMENTUM_PART = 1e-8, NEWTON_FACTOR = 10.0;
 
 // A cut aims at the limit with the factor of Abaqus, in quarters of the increment, so that round-off does not
 // change it. Cuts that hardly change the residual indicate a jump of the force; after MAX_JUMP_CUTS in a row
-// the increment with the jump is short enough.  Test: Half.JumpsEndAfterThreeCuts (unit)
+// the increment with the jump is short enough (theory 6.7)
+// (test: Half.CutsAimAtTheLimit, Half.JumpsEndAfterThreeCuts)
 const double CUT = 0.85;
 const int MAX_JUMP_CUTS = 3;
 
-// Inertia forces below this part of the largest force are neglected. No test: without it slow motion costs
-// more increments
+// Inertia forces below this part of the largest force are neglected; without it slow motion costs more
+// increments  (no test)
 const double FORCE_PART = 1e-3;
 
 // Forces within the increment, in balance with inertia

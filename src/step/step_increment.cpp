@@ -9,12 +9,12 @@ namespace {
 
 // Contact, relative to the face size: a point that penetrates by more than MAX_INCREASE in one increment may
 // have missed a face. The search loses it at 0.5 (contact_search), so MAX_DEPTH ends the increment before.
-// Test: Increment.PointsThatEnterTooDeep (unit)
+// (test: Increment.PointsThatEnterTooDeep)
 const double MAX_INCREASE = 0.25, MAX_DEPTH = 0.45;
-// Contacts that close raise the residual for an iteration; full corrections find the set of closed ones.
-// Test: A8 (contact/friction_push.inp)
+// Contacts that close raise the residual for an iteration; full corrections find the set of closed ones
+// (test: contact/friction_push.inp)
 const int PATIENCE = 2;
-// Cohesive cracks: factor of the maximum number of iterations. Test: C3
+// Cohesive cracks: factor of the maximum number of iterations  (test: strength/l_panel.inp)
 const int OPENING_ITERATIONS = 20;
 
 // augmented Lagrange: the bond force becomes the multiplier (4.6), as does the contact pressure (4.15).
@@ -106,7 +106,7 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
 }
 
 // General contact in statics: a contact point without a face at t(n) that is inside one now came from outside
-// the search range.  Test: G1 (contact/g1_compare)
+// the search range  (test: contact/g1_compare)
 Failure find_missed_contact(Problem& p)
 {
   State& st = p.st;

@@ -124,7 +124,7 @@ Failure force_at_start(Problem& p, Attempt& a)
 }
 
 // Perturbation, relative to the increment, for the viscous force at t(n) by a finite difference: small
-// against 1, and large against the round-off of strains
+// against 1, and large against the round-off of strains  (no test)
 const double PERTURBATION = 1e-3;
 
 }  // namespace

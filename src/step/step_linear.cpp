@@ -6,21 +6,25 @@
 
 namespace {
 
-// sqrt(energy) of the error of the last correction, relative to the largest correction. Test: SPEED
-// (speed/reuse): histories differ by 7e-8 with 3e-5 here and 3e-4 for ACCEPT
+// sqrt(energy) of the error of the last correction, relative to the largest correction. Histories differ by
+// 7e-8 with 3e-5 here and 3e-4 for ACCEPT  (test: speed/reuse)
 const double FINAL  = 3e-10;
-// the same, accepted if the correction turns out to be the last. No test: nearly all corrections reach FINAL
+// the same, accepted if the correction turns out to be the last; nearly all corrections reach FINAL (no test)
 const double ACCEPT = 3e-9;
-// FIRST_REDUCTION and SLOW_ITERATIONS change the time, not the digits: SPEED (speed/guard). REUSE_PART: A2
-// (patch/a2_spin_fem.inp)
-const double FIRST_REDUCTION = 1e-6;   // reduction in iterations that the last increment did not have
-const int SLOW_ITERATIONS = 8;         // iterations after which tangents are factorised
-const double REUSE_PART   = 0.1;       // predicted residual, relative to the tolerance, to reuse a tangent
-const double SLIP_TOL     = 1e-6;      // relative residual with slip. A8 (contact/friction_punch.inp)
-const double ROUGH_TOL    = 1e-2;      // relative residual of each solution with the symmetric matrix,
-const double ROUGH_DIGITS = 9.0;       // digits of all of them together
-// Equations in space from which on iterative solutions are faster than a factorisation. Test:
-// speed/contact_static.inp: n = 6 (5100 equations) 2.9 s for 2.0, n = 10 (11 500) 4.7 s for 7.1
+// Time only, not digits: reduction in iterations that the last increment did not have (8.6); iterations after
+// which tangents are factorised (theory 8.3)  (no test)
+const double FIRST_REDUCTION = 1e-6;
+const int SLOW_ITERATIONS = 8;
+// predicted residual, relative to the tolerance, to reuse a tangent (8.11)  (test: patch/a2_spin_fem.inp)
+const double REUSE_PART   = 0.1;
+// relative residual with slip  (test: contact/friction_punch.inp)
+const double SLIP_TOL     = 1e-6;
+// relative residual of each solution with the symmetric matrix, digits of all of them together: time only
+// (no test)
+const double ROUGH_TOL    = 1e-2;
+const double ROUGH_DIGITS = 9.0;
+// Equations in space from which on iterative solutions are faster than a factorisation. Measured:
+// speed/contact_static.inp: n = 6 (5100 equations) 2.9 s for 2.0, n = 10 (11 500) 4.7 s for 7.1  (no test)
 const int ROUGH_FROM = 8000;
 
 bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)

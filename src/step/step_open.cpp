@@ -324,12 +324,13 @@ Failure lay_grid(Problem& p, const RealVec& xb, bool stays)
   return STATUS_OK;
 }
 
-// Explicit steps keep contact faces until a node moved by this part of the smallest face since the search.
-// Test: X2 (x2_discs)
+// Explicit steps keep contact faces until a node moved by this part of the smallest face since the search
+// (test: contact/x2_discs.inp)
 const double SEARCH_MOVE = 0.02;
 
 // Factor of the depth from which the contact pressure grows, in explicit steps: otherwise a point that
-// penetrates so far in one increment would be rejected faster than is stable. Test: X6 (g3_explicit)
+// penetrates so far in one increment would be rejected faster than is stable
+// (test: contact/g3_explicit.inp)
 const double DEPTH_FACTOR = 4.0;
 
 double largest_change(const RealVec& a, const RealVec& b)

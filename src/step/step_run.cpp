@@ -12,16 +12,18 @@
 
 namespace {
 
-// Energy imbalance, relative to the peak energy, above which to warn: dynamics; statics, where the work of a
-// few large increments follows the trapezoidal rule. Test: A8 (stress/balance_limit), dynamics
-const double WARN_DYNAMIC = 0.01, WARN_STATIC = 0.2;
+// Energy imbalance, relative to the peak energy, above which to warn in dynamics
+// (test: stress/balance_limit)
+const double WARN_DYNAMIC = 0.01;
+// the same in statics, where the work of a few large increments follows the trapezoidal rule  (no test)
+const double WARN_STATIC = 0.2;
 
-// A run crawls when this number of increments in a row is shorter than this part of dt. Test: S8
-// (stress/direct_crawls)
+// A run crawls when this number of increments in a row is shorter than this part of dt
+// (test: stress/direct_crawls)
 const int CRAWL_INCREMENTS = 100;
 const double CRAWL_PART = 1e-3;
 
-// Explicit increments between two checks for compressed elements
+// Explicit increments between two checks for compressed elements: time only  (no test)
 const int COMPRESSED_EVERY = 100;
 
 // statics have no velocity: motion is stopped, and its energy is lost
@@ -337,7 +339,7 @@ void note_forces(double dt, const HalfWatch& half, const Ledger& ledger, StepClo
 }
 
 // Factor of the iterations of Anderson's method for an unsymmetric flow tangent, compared with the full
-// tangent. Test: C10 (strength/dp_triaxial.inp)
+// tangent  (test: strength/dp_triaxial.inp)
 const int UNSYMMETRIC_ITERATIONS = 3;
 
 // advances clock and log after a converged increment

@@ -9,8 +9,10 @@
 
 namespace {
 
+// secants that are stored  (test: Newton.SecantsFindTheSkewPartOfTheTangent)
 const std::size_t MAX_SECANTS = 6;
-const double DEPENDENT = 1e-10;   // threshold of linearly dependent secants
+// threshold of linearly dependent secants, relative to the largest  (no test)
+const double DEPENDENT = 1e-10;
 
 }  // namespace
 

@@ -7,9 +7,10 @@
 
 namespace {
 
-// Max. number of vectors. Test: A8 (contact/friction_punch.inp)
+// Max. number of vectors  (test: contact/friction_punch.inp)
 const int MAX_VECTORS = 60;
-const double DEPENDENT = 1e-14;        // rest of a linearly dependent vector
+// rest of a linearly dependent vector, relative to the right-hand side  (no test)
+const double DEPENDENT = 1e-14;
 
 void add(RealVec& x, double part, const RealVec& v)
 {

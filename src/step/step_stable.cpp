@@ -9,17 +9,18 @@
 
 namespace {
 
-// Increments after which the stable increment is computed again, since elements deform
+// Increments after which the stable increment is computed again, since elements deform  (no test)
 const int CHECK_EVERY = 20;
-// Increments after which it is measured again when there are bonds, since the grid moves
+// Increments after which it is measured again when there are bonds, since the grid moves  (no test)
 const int MEASURE_EVERY = 200;
 // Increments of a stage, in which the increment only decreases. An increment that follows the motion drives
 // it: contact that opens and closes with an oscillation of four increments makes it grow by 1 % in each.
-// Test: gallery (decks/sphere.inp), whose particles burst at 170 us
+// The particles of the sphere then burst at 170 us  (test: decks/sphere.inp)
 const int STAGE = 20;
 // Lanczos' method: number of vectors. The largest frequency of a system is then accurate to 1 or 2 %
+// (no test)
 const int VECTORS = 24;
-// Displacement to measure the stiffness, relative to the mean size of elements and cells
+// Displacement to measure the stiffness, relative to the mean size of elements and cells  (no test)
 const double PERTURBATION = 1e-7;
 
 // to three digits, independent of the ranks and the order of sums
@@ -195,7 +196,7 @@ double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
 }
 
 // Max. square of the contact frequency with default penalties, relative to that of the elements; the
-// increment decreases by sqrt(1 + CONTACT_PART). Test: X6 (explicit impact)
+// increment decreases by sqrt(1 + CONTACT_PART)  (test: contact/g3_explicit.inp, contact/g2_explicit.inp)
 const double CONTACT_PART = 0.5;
 
 // limits the penalties of contact points that do not push, so that the increment need not follow them

@@ -11,6 +11,7 @@
 namespace {
 
 // A domain is lost when its volume over that of the law (1.14), or the inverse, reaches this
+// (test: stress/points_flow), in which it must not
 const double VOLUME_LOST = 2.0;
 
 const double limit = 1.0 / 3.0;      // of the squared stretch: dS/dF changes its sign
