@@ -15,7 +15,7 @@ namespace {
 // refinement, ENOUGH is accepted                                                                  (3.14)
 // (test: Mass.MotionsThatCornersHardlySee)
 const double FACTOR_SHIFT    = 1e-13;
-const int FACTOR_REFINEMENTS = 10;
+const int FACTOR_REFINEMENTS = 10;     // one is enough there  (no test)
 const double GOAL = 1e-28, ENOUGH = 1e-16;
 
 using Sparse = Eigen::SparseMatrix<double>;

@@ -13,8 +13,8 @@
 namespace {
 
 // relative to the diagonal: added if M is singular to round-off, with nodes that occur in one combination
-// only at all points; removed by at most REFINEMENTS refinements
-// (test: Mass.SingularPair, contact/g5_debris)
+// only at all points; removed by at most REFINEMENTS refinements. Without it mass_factor follows: time only
+// (no test)
 const double SHIFT    = 1e-10;
 const int REFINEMENTS = 4;
 // relative to the square of the last residual: below, a difference of squares has lost digits  (no test)

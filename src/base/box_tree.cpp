@@ -5,7 +5,7 @@
 
 namespace {
 
-const int LEAF = 8;            // boxes of a leaf  (test: Contact.TreeFindsWhatAllPairsFind)
+const int LEAF = 8;            // boxes of a leaf: time only  (no test)
 
 }  // namespace
 

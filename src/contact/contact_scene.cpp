@@ -12,12 +12,12 @@
 
 namespace {
 
-// Search range in an increment, relative to the size of each of two faces: statics; dynamics, in addition to
-// the motion in the increment  (test: contact/g1_compare, contact/g2_flight.inp)
+// Search range in an increment of statics, relative to the size of each of two faces
+// (test: contact/g1_compare)
 const double REACH_STATIC = 0.5;
+// the same in dynamics, in addition to the motion in the increment  (test: contact/g2_explicit.inp)
 const double REACH_MOTION = 0.125;
-// relative to the mean size of faces: lists of near faces hold for half of this motion
-// (test: Contact.NearFacesHoldForSmallMotions)
+// relative to the mean size of faces: lists of near faces hold for half of this motion: time only  (no test)
 const double SCENE_MARGIN = 0.25;
 // relative to the size of a face: a face at least this far below it at t = 0, and at most BACK_REACH sizes
 // away, is the back of its own body (theory 4.3)  (no test)

@@ -172,7 +172,7 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
 }
 
 // Faces oppose each other if the cosine of their normals is below this. A face perpendicular to another, as
-// the side of a block on a floor, does not push on it  (test: contact/g2_flight.inp)
+// the side of a block on a floor, does not push on it  (test: contact/touch_statics.inp)
 const double OPPOSED = -0.2;
 // the same where one of the faces belongs to a single free point: no face of it points ahead at its corners.
 // (test: contact/g5_debris)
@@ -202,7 +202,7 @@ void take_cylinder(FaceNow& a)
 }
 
 // Relative to the size of a face with a cylinder: largest difference between the height over its centre and
-// the gap; too small a value loses contacts, a larger one costs time only  (no test)
+// the gap; too small a value loses contacts, a larger one costs time only  (test: contact/g2_stack.inp)
 const double HEIGHT_TOL = 0.06;
 
 // is p further than reach from face a, or beside it?

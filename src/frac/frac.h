@@ -23,7 +23,7 @@ const double FRAC_RADIUS_FORCE = 5.0, FRAC_RADIUS_BALL = 2.0, FRAC_NOTCH = 5.0, 
 // radius of the region read for a kink, in element sizes  (test: fracture/kink_motion.inp)
 const double FRAC_KINK = 6.0;
 // the same for the square around a sharp crack                                                     (7.38)
-// (no test: the halo of ranks, and no case with an interface is divided)
+// No case with an interface is divided among ranks  (no test)
 const double FRAC_SHARP = 11.0;
 
 // Data of the mesh at t = 0 for fracture and conversion; computed once

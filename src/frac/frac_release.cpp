@@ -11,7 +11,7 @@
 namespace {
 
 // a released point, which is elastic, is reshaped above this stretch and below the inverse volume ratio, for
-// any smaller RELEASE  (test: contact/g3_kinds)
+// any smaller RELEASE  (no test)
 const double RESHAPE = 1.5;
 // minimum size of a released point, as a fraction of its undeformed size along each axis of its stretch, and
 // minimum scale when fitted between others  (test: contact/g4_box)

@@ -17,7 +17,8 @@ const double AHEAD_COS = 0.7;
 // in element sizes: distance from the end of the crack to the centre of the cracked elements in the ball;
 // below: too short for a direction (three elements of a row: 1.5)  (no test)
 const double MIN_CRACK = 1.4;
-// fraction of a stress along a slot that remains on the line ahead of its end  (no test)
+// fraction of a stress along a slot that remains on the line ahead of its end
+// (test: fracture/kink_inclined.inp)
 const double BEFORE_END = 0.85;
 // slope of the sides, rise over length, above which a notch is not a slot  (no test)
 const double NOTCH_SLOPE = 0.3;

@@ -19,7 +19,8 @@ const int FINE_CELLS = 8, SIDE = 26, NODES = SIDE + 1;
 const double FINE_SIZE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
 const int CELLS_PER_ELEMENT = 4;         // fine cells in the size of an element
 const int TIP     = SIDE / 2;  // column of the tip, row of the crack
-// in element sizes: cracked elements further from the line of the crack are void  (no test)
+// in element sizes: cracked elements further from the line of the crack are void
+// (test: fracture/crack_interface.inp)
 const double SLOT_DISTANCE = 0.75;
 
 struct SmallCell {

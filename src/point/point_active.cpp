@@ -11,7 +11,7 @@
 namespace {
 
 // Bodies that meet through the grid share nodes between them: the grid is then laid anew after this fraction
-// of KEEP  (test: contact/g3_pf.inp)
+// of KEEP  (test: Grid.StaysUntilACornerHasGone, contact/g3_pf.inp)
 const double KEEP_OF_MEETING = 0.1;
 
 // the multilinear weights of a cell at xi (outside 0 ... 1: extrapolation); zero weights are left out

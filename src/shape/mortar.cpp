@@ -15,11 +15,12 @@ namespace {
 using Vec = Eigen::Vector3d;
 using Point = Eigen::Vector2d;
 
-// part of the face: a face covered less than this is not tied, a sliver at the rim of the master  (no test)
+// part of the face: a face covered less than this is not tied, a sliver at the rim of the master
+// (test: Mortar.PartlyCovered)
 const double LEAST_COVER = 1e-3;
 // faces are opposite each other when the cosine of their normals is below this  (test: Mortar.FarAndTurned)
 const double OPPOSITE = -0.2;
-// coefficients below this, relative to their sum 1, are round-off  (no test)
+// coefficients below this, relative to their sum 1, are round-off  (test: Mortar.LinearFunctions)
 const double NO_COEF = 1e-13;
 
 Vec at(const RealVec& X, int n) { return Vec(X[3 * n], X[3 * n + 1], X[3 * n + 2]); }

@@ -12,8 +12,9 @@ namespace {
 // speed/reuse; a choice that is slow only is noticed by no test, except where one is named
 // (no test)
 const long PAUSE    = 50;      // solutions until a slower method is tried again; doubled if it fails
-const int MAX_ITERATIONS = 5000;       // of conjugate gradients
-// iterations with the incomplete factor for a cube of elements: times cbrt(nodes)
+// of conjugate gradients  (test: Krylov.ArrivesWithEachPreconditioner)
+const int MAX_ITERATIONS = 5000;
+// iterations with the incomplete factor for a cube of elements: times cbrt(nodes)  (no test)
 const double CUBE_ITERATIONS = 3.6;
 // iterations with the incomplete factor for 8 digits, above which multigrid is faster; cost of a multigrid
 // solution in such iterations (3.7 per iteration, set-up 100 to 150 for all systems that share it). Measured:
@@ -163,7 +164,8 @@ int counted_limit(const SolverData& d, SolvePath path, double seconds)
 // factors would take most of the memory; more iterations mean that dt is so large that inertia no longer
 // conditions the matrix  (test: Krylov.ExactInMotionWithoutFactors)
 const int FIRST_ITERATIONS = 60;
-// the same in 2D on one rank, where factors are cheap and soon pay off  (no test)
+// the same in 2D on one rank, where factors are cheap and soon pay off
+// (test: Increment.ProjectionIsKnownWhereTheGridGoesOn)
 const int FIRST_ITERATIONS_2D = 15;
 
 int first_limit(int dim) { return dim == 2 && !several() ? FIRST_ITERATIONS_2D : FIRST_ITERATIONS; }
