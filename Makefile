@@ -166,7 +166,7 @@ help:
 	@echo 'make            build $(MPFE)'
 	@echo 'make setup      install or look for the libraries'
 	@echo 'make demo       set up, build, run the demonstration'
-	@echo 'make gallery    the thirteen problems of doc/gallery.md with their pictures; NAMES="name ..." picks some'
+	@echo 'make gallery    the problems of doc/gallery.md with their pictures; NAMES="name ..." picks some'
 	@echo 'make test       set up, build, run unit tests, small decks and bad decks'
 	@echo 'make verify     the long checks; CASES="name ..." picks some'
 	@echo 'make bench      benchmarks into doc/benchmarks.md; ITEMS="name ..." picks some'

@@ -187,11 +187,20 @@ Failure add_pack(const Model& m, const Elements& el, State& st, const Dofs& dofs
   return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[__builtin_ctz(bad)]]};
 }
 
-// bulk viscosity of an intact element that is not in a pack
+// bulk viscosity of an intact element that is not in a pack; what a crack with cohesion opens has none, and
+// loses that of t(n)
 template <int D, int N>
 void add_bulk(const Mesh& mesh, const Dofs& dofs, const KernelMode& mode, const ElemBlock& b, int slot,
-              State& st, RealVec& fint)
+              bool opens, State& st, RealVec& fint)
 {
+  const double before = st.n.q[b.elem[slot]];
+  if (opens && before == 0.0) {
+    st.np1.q[b.elem[slot]] = 0.0;
+    return;
+  }
+  BulkStep& k = *mode.bulk;
+  BulkStep none = k;
+  none.linear = none.quadratic = 0.0;
   Pack u0[N * D], u1[N * D], re[N * D] = {};
   const auto numbers = [](Pack* x) { return reinterpret_cast<double*>(x); };
   PackList w;
@@ -199,8 +208,9 @@ void add_bulk(const Mesh& mesh, const Dofs& dofs, const KernelMode& mode, const 
   w.fill();
   elem_ends_pack(st.n.u, mesh, b, w.slot, N, D, numbers(u0));
   elem_ends_pack(st.np1.u, mesh, b, w.slot, N, D, numbers(u1));
-  elem_bulk_pack(b)(b, w.slot, 1, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, *mode.bulk,
+  elem_bulk_pack(b)(b, w.slot, 1, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, opens ? none : k,
                     numbers(re));
+  k.loss = opens ? none.loss : k.loss;
   add_force_pack<D, N>(mesh, dofs, b, w.slot, 1, re, fint);
 }
 
@@ -228,7 +238,8 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
       failure = {BAD_JACOBIAN, AT_ELEMENT, e};
     add_force(dofs, elem_nodes(mesh, b, slot), N, D, re, fint);
     if (energy && el.broken(e) < 0) (*energy)[e] = elem_energy_one(m, el, e, st.np1, 1.0, mode.finite);
-    if (mode.bulk && el.broken(e) < 0) add_bulk<D, N>(mesh, dofs, mode, b, slot, st, fint);
+    if (mode.bulk && el.broken(e) < 0)
+      add_bulk<D, N>(mesh, dofs, mode, b, slot, b.opens() && elem_cracked(el, st.n, e), st, fint);
   }
   flush();
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "base/comm.h"
 #include "elem/elem.h"
@@ -27,6 +28,20 @@ Status form(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode
     if (ke) ip_tangent_general<D, N>(dN, N, w[g], C, mode.cG(), Fb, S, ke);
   }
   return STATUS_OK;
+}
+
+// mean normal of the cracks with cohesion that have begun to open at the n points of an element, 0: none  [3]
+void mean_normal(const MatLaw& law, const HistoryStep* h, int n, double* mean)
+{
+  std::fill_n(mean, 3, 0.0);
+  for (int g = 0; g < n; ++g) {
+    const double* N = crack_normal(law, h[g].n);
+    if (crack_opening(law, h[g].n) == 0.0) continue;
+    const double sign = N[0] * mean[0] + N[1] * mean[1] + N[2] * mean[2] < 0.0 ? -1.0 : 1.0;
+    for (int i = 0; i < 3; ++i) mean[i] += sign * N[i];
+  }
+  const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+  for (int i = 0; i < 3 && length > 0.0; ++i) mean[i] /= length;
 }
 
 }  // namespace
@@ -81,5 +96,6 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
   elem_history(el, l0, l1, e, h);
   MatLaw law       = elem_law(m, el, b, slot, intact ? 1.0 : degr_of_step(l0, l1, mode.mid, e));
   law.crack.tangent = mode.crack;
+  if (intact && b.opens()) mean_normal(law, h, shape_info[b.shape].ngp, law.crack.across);
   return elem_form_general(b, slot, law, mode, u0, u1, h, re, ke);
 }

@@ -7,7 +7,7 @@
 
 namespace {
 
-// rounding of a bound, of 1
+// relative: round-off of a bound of the stretch  (no test)
 const double MARGIN = 1e-12;
 
 // square of the largest frequency of a scalar field in an element of this kind: stiffness lam + 2 mu along

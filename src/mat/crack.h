@@ -13,7 +13,7 @@ enum { CRACK_NORMAL = 0, CRACK_WIDTH = 3, CRACK_OPENING = 4 };
 
 // relative to the largest opening: tolerance of Newton's method  (test: strength/snap.inp)
 const double OPENING_TOL = 1e-6;
-// relative to the opening at zero traction: above, the band width is constant. C1: 0.97 of Gc at 0 degrees
+// relative to the opening at zero traction: above, the band width is constant. C1: 0.99 of Gc at 0 degrees
 // (0.92 with 0), C3: squares and triangles dissipate 1317 and 1351 Nmm (1206 and 1310)
 // (test: strength/band.inp, strength/l_panel.inp)
 const double SETTLED = 0.2;

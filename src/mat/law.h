@@ -152,6 +152,10 @@ inline double crack_strength(const CrackLaw& c) { return c.strength * c.scatter;
 // crack_width : extent of the element of this crack along N [3]                                   length
 double crack_width(const CrackLaw& c, const double* N);
 
+// crack_next_width : of the next increment: along the mean normal of the element, until the crack has opened
+// by SETTLED of its final opening; width: of this increment                                      length
+double crack_next_width(const CrackLaw& c, double width, double opening);
+
 // crack_open : opening at zero traction (exponential: below 0.1 % of the strength)                  length
 double crack_open(const CrackLaw& c);
 

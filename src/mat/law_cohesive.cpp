@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Dense>
 
 #include "mat/crack.h"
 #include "mat/voigt.h"
@@ -32,7 +32,7 @@ Cohesion straight(double k, double k0, double f0, double k1, double f1, double w
 
 // The crack at one strain
 struct Opening {
-  Vec3 N, B;                   // normal, another axis of strain and stress
+  Vec3 N;                      // normal
   double width;
   double t;                    // stress along N without the crack
   double beside;               // stiffness of the adjacent material                force/length^3
@@ -48,21 +48,65 @@ Mat3 full_of(const double* S)
   return m;
 }
 
-// the largest principal stress, its direction and another axis; in 2D: in the plane
-void find_axes(const CrackLaw& c, const double* S, Opening& o)
+// the largest principal stress by the Lode angle; in 2D: in the plane. Below the limit: an upper bound
+double largest_stress(const CrackLaw& c, const double* S, double limit)
+{
+  if (c.dim == 2) return 0.5 * (S[0] + S[1]) + std::hypot(0.5 * (S[0] - S[1]), S[3]);
+  const double mean = (S[0] + S[1] + S[2]) / 3.0, x = S[0] - mean, y = S[1] - mean, z = S[2] - mean,
+               J2 = 0.5 * (x * x + y * y + z * z) + S[3] * S[3] + S[4] * S[4] + S[5] * S[5],
+               J3 = x * (y * z - S[4] * S[4]) - y * S[5] * S[5] - z * S[3] * S[3] +
+                    2.0 * S[3] * S[4] * S[5];
+  const double r = std::sqrt(J2 / 3.0), cube = 2.0 * r * r * r;
+  if (cube == 0.0 || mean + 2.0 * r <= limit) return mean + 2.0 * r;
+  return mean + 2.0 * r * std::cos(std::acos(std::clamp(J3 / cube, -1.0, 1.0)) / 3.0);
+}
+
+// a unit vector normal to the unit vector N
+Vec3 normal_to(const Vec3& N)
+{
+  int least = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::fabs(N[i]) < std::fabs(N[least])) least = i;
+  return N.cross(Vec3::Unit(least)).normalized();
+}
+
+// direction of the largest principal stress t in 3D: normal to all rows of S - t
+Vec3 direction_of(const double* S, double t)
+{
+  const double SAME = 1e-10;           // of the largest row: below, two principal stresses are equal
+  Mat3 A = full_of(S);
+  A.diagonal().array() -= t;
+  Vec3 best = Vec3::Zero();
+  int longest = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 x = A.row(i).cross(A.row((i + 1) % 3));
+    if (x.squaredNorm() > best.squaredNorm()) best = x;
+    if (A.row(i).squaredNorm() > A.row(longest).squaredNorm()) longest = i;
+  }
+  const double size = A.row(longest).squaredNorm();
+  if (size == 0.0) return Vec3::UnitX();
+  return best.norm() > SAME * size ? Vec3(best.normalized()) : normal_to(A.row(longest).normalized());
+}
+
+// the direction of the largest principal stress o.t; o.t by the Rayleigh quotient
+void find_normal(const CrackLaw& c, const double* S, Opening& o)
 {
   if (c.dim == 2) {
-    const double mean = 0.5 * (S[0] + S[1]), half = 0.5 * (S[0] - S[1]), angle = 0.5 * std::atan2(S[3], half);
-    o.t = mean + std::hypot(half, S[3]);
+    const double angle = 0.5 * std::atan2(S[3], 0.5 * (S[0] - S[1]));
     o.N = Vec3(std::cos(angle), std::sin(angle), 0.0);
-    o.B = Vec3(-o.N[1], o.N[0], 0.0);
     return;
   }
-  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
-  eigen.computeDirect(full_of(S));
-  o.t = eigen.eigenvalues()[2];
-  o.N = eigen.eigenvectors().col(2).normalized();
-  o.B = (eigen.eigenvectors().col(1) - o.N.dot(eigen.eigenvectors().col(1)) * o.N).normalized();
+  o.N = direction_of(S, o.t);
+  o.t = o.N.dot(full_of(S) * o.N);
+}
+
+// a principal axis of S normal to N
+Vec3 other_axis(const CrackLaw& c, const Mat3& S, const Vec3& N)
+{
+  if (c.dim == 2) return Vec3(-N[1], N[0], 0.0);
+  const Vec3 u = normal_to(N), v = N.cross(u), Su = S * u;
+  const double angle = 0.5 * std::atan2(2.0 * v.dot(Su), u.dot(Su) - v.dot(S * v));
+  return std::cos(angle) * u + std::sin(angle) * v;
 }
 
 // the opening in loading, larger than k: beside w + f(w) = t
@@ -125,8 +169,9 @@ void soften_secant(const MatLaw& law, const Opening& o, double* D)
 // with the strain: dS/dE = (S_N - S_a)/(E_N - E_a)                                       (2.35)
 void soften(const MatLaw& law, const Opening& o, const Mat3& E, const Mat3& S, double* D)
 {
+  const Vec3 B = other_axis(law.crack, S, o.N);
   subtract_dyad(law, o.N, o.N, o.flexible / o.width, D);
-  for (const Vec3& a : {o.B, Vec3(o.N.cross(o.B))}) {
+  for (const Vec3& a : {B, Vec3(o.N.cross(B))}) {
     const double dE = o.N.dot(E * o.N) - a.dot(E * a), dS = o.N.dot(S * o.N) - a.dot(S * a);
     if (dE > 0.0) subtract_dyad(law, o.N, a, (law.mu - 0.5 * dS / dE) / (law.mu * law.mu), D);
   }
@@ -177,6 +222,13 @@ double crack_width(const CrackLaw& c, const double* N)
   return hi - lo;
 }
 
+double crack_next_width(const CrackLaw& c, double width, double opening)
+{
+  const double* N = c.across;
+  const bool follows = (N[0] != 0.0 || N[1] != 0.0 || N[2] != 0.0) && opening < SETTLED * crack_open(c);
+  return follows ? crack_width(c, N) : width;
+}
+
 double crack_open(const CrackLaw& c)
 {
   static const double openings[] = {2.0, 3.6, 7.0};
@@ -193,7 +245,8 @@ double crack_opening(const MatLaw& law, const double* h) { return crack_normal(l
 double crack_share(const MatLaw& law, const double* S, const double* h, double* N)
 {
   Opening o;
-  find_axes(law.crack, S, o);
+  o.t = largest_stress(law.crack, S, -HUGE_VAL);
+  find_normal(law.crack, S, o);
   const double k = crack_opening(law, h), carries = cohesion(law.crack, k).f;
   if (k > 0.0) o.N = Eigen::Map<const Vec3>(crack_normal(law, h));
   std::copy_n(o.N.data(), 3, N);
@@ -207,13 +260,14 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   law_svk(law, finite, E, nullptr, nullptr, tangent, out);
   std::copy_n(h_n, CRACK_OPENING + 1, h_np1);
   Opening o;
-  find_axes(c, out.S, o);
-  if (h_n[CRACK_WIDTH] == 0.0 && o.t <= crack_strength(c)) return true;
+  const double limit = h_n[CRACK_WIDTH] == 0.0 ? crack_strength(c) : 0.0;
+  o.t = largest_stress(c, out.S, limit);
+  if (o.t <= limit) return true;                       // whole, or closed
+  find_normal(c, out.S, o);
   o.width  = h_n[CRACK_WIDTH] == 0.0 ? crack_width(c, o.N.data()) : h_n[CRACK_WIDTH];
   o.beside = (law.lam3 + 2.0 * law.mu) / o.width;
   open(c, h_n[CRACK_OPENING], o);
   const double part = 1.0 - law.c;
-  LawOutput intact  = out;
   double R[6];
   stress_of(law, o.N, o.w / o.width * o.N, R);
   for (int i = 0; i < 6; ++i) out.S[i] -= part * R[i];
@@ -222,10 +276,10 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   for (int i = 0; i < 3; ++i) h_np1[CRACK_NORMAL + i] = o.N[i];
   h_np1[CRACK_WIDTH]   = o.width;
   h_np1[CRACK_OPENING] = o.k;
-  if (o.t > 0.0 && o.k < SETTLED * crack_open(c)) {
-    // the width of the next increment; the change of energy is dissipated
+  const double width = crack_next_width(c, o.width, o.k);
+  if (width != o.width) {                              // the change of energy is dissipated
     Opening next = o;
-    h_np1[CRACK_WIDTH] = next.width = crack_width(c, o.N.data());
+    h_np1[CRACK_WIDTH] = next.width = width;
     next.beside = (law.lam3 + 2.0 * law.mu) / next.width;
     open(c, o.k, next);
     out.dissipated += released_energy(next) - released;
@@ -234,10 +288,11 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   out.psi -= part * released;
   out.dissipated *= part;
   if (!tangent) return true;
-  double S[6];                                         // of the crack alone, without law.c
-  for (int i = 0; i < 6; ++i) S[i] = intact.S[i] - R[i];
+  double S[6], intact[36];                             // S of the crack alone, without law.c
+  for (int i = 0; i < 6; ++i) S[i] = out.S[i] - law.c * R[i];
+  std::copy_n(out.D, 36, intact);
   if (c.tangent == CRACK_SECANT) soften_secant(law, o, out.D);
   else soften(law, o, full_of(E), full_of(S), out.D);
-  for (int i = 0; i < 36; ++i) out.D[i] = law.c * intact.D[i] + part * out.D[i];
+  for (int i = 0; i < 36; ++i) out.D[i] = law.c * intact[i] + part * out.D[i];
   return true;
 }

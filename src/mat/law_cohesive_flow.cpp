@@ -104,11 +104,12 @@ int axis_of(const CrackLaw& c, const HenckyTrial& t, const Vec3& tau)
 // the normal of the crack at t = 0
 Vec3 normal_of(const HenckyTrial& t, int axis) { return (t.L * t.n.col(axis)).normalized(); }
 
-// the width follows the normal up to SETTLED: updates width and stored energy for the next increment; the
-// change of energy is dissipated
-void follow(const Closed& c, const HenckyTrial& t, const Opened& o, double* h, LawOutput& out)
+// the width follows the mean normal: updates width and stored energy for the next increment; the change of
+// energy is dissipated
+void follow(const Closed& c, const Opened& o, double* h, LawOutput& out)
 {
-  const double width = crack_width(c.law.crack, normal_of(t, c.axis).data());
+  const double width = crack_next_width(c.law.crack, o.width, o.k);
+  if (width == o.width) return;
   Closed next{c.law, o.beside.e, o.beside.equivalent, c.axis, width};
   next.e(c.axis) += o.w / c.width;
   const Opened then = open(next, o.k);
@@ -153,7 +154,7 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
     h_np1[CRACK + CRACK_WIDTH]   = o.width;
     h_np1[CRACK + CRACK_OPENING] = o.k;
     out.dissipated += (dissipated_to(crack, o.k) - dissipated_to(crack, k)) / o.width;
-    if (o.w > 0.0 && o.k < SETTLED * crack_open(crack)) follow(c, t, o, h_np1 + CRACK, out);
+    if (o.w > 0.0) follow(c, o, h_np1 + CRACK, out);
   }
   // 4. tangent
   if (!tangent) return true;

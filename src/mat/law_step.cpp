@@ -7,8 +7,11 @@
 
 namespace {
 
-// iterations for E33 in plane stress; quadratic from a good start: 3 to 6  (no test)
-const int MAX_ITERATIONS = 50;
+// for E33 in plane stress; quadratic from a good start: 3 to 6; bisections: up to 60  (no test)
+const int MAX_ITERATIONS = 120;
+const double ROUND       = 1e-15;    // relative to 1 + E33: bounds closer than this are equal  (no test)
+const double JUMP        = 1e-9;     // relative to the stress  (no test)
+const double SOFT        = 1e-3;     // relative to mu: least stiffness across the sheet  (no test)
 // (dE/E)^2: below, the mean stress is exact to round-off (2.14), except with plastic flow  (no test)
 const double SAME_STRAIN = 1e-14;
 
@@ -21,6 +24,25 @@ void condense(double* D)
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 6; ++j) D[i * 6 + j] -= row[i] * row[j] / pivot;
 }
+
+// E33 of plane stress between two bounds, -inf and inf at first: S33 is below 0 at lo, above at hi
+struct Thickness {
+  bool finite;
+  double lo, hi;
+
+  // from E33 with the Newton step of S33; a step that leaves the bounds is a bisection
+  double next(double E33, double S33, double step)
+  {
+    (S33 > 0.0 ? hi : lo) = E33;
+    double x = E33 + step;
+    if (finite && x <= -0.5) x = E33 + 0.5 * (-0.5 - E33);
+    if (x > lo && x < hi) return x;
+    if (std::isfinite(lo) && std::isfinite(hi)) return 0.5 * (lo + hi);
+    if (finite && S33 > 0.0) return E33 + 0.5 * (-0.5 - E33);
+    return E33 + (S33 > 0.0 ? -1.0 : 1.0) * (1e-4 + std::fabs(E33));
+  }
+  bool closed() const { return std::isfinite(lo) && hi - lo <= ROUND * (1.0 + std::fabs(lo)); }
+};
 
 // viscous stress eta D (E1 - E0), D of small strains, and its tangent unless C is null   (2.19)
 void add_viscosity(const MatLaw& law, double eta, const double* E0, const double* E1, double* S, double* C)
@@ -145,21 +167,25 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
 {
   const Law& l = law_of(law);
   if (law.plane != PLANE_STRESS) return update(l, law, finite, E, h_n, h_np1, tangent, out);
-  // S33(E33) = 0 by Newton's method; a step to a negative stretch is halved
+  // S33(E33) = 0 by Newton's method; a step beyond the bounds is bisected
   E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
   if (l.free_thickness) return update(l, law, finite, E, h_n, h_np1, tangent, out);
   if (finite && E[2] < -0.45) E[2] = -0.45;
+  Thickness t{finite, -HUGE_VAL, HUGE_VAL};
   for (int it = 0; it < MAX_ITERATIONS; ++it) {
     if (!update(l, law, finite, E, h_n, h_np1, true, out)) return false;
     const double size = std::fabs(out.S[0]) + std::fabs(out.S[1]) + std::fabs(out.S[3]);
-    const double step = -out.S[2] / out.D[14];
-    if (std::fabs(out.S[2]) <= 1e-15 * law.mu || std::fabs(out.S[2]) <= 1e-14 * size || !(out.D[14] > 0.0)) {
-      if (!(out.D[14] > 0.0)) return false;
+    const bool found  = std::fabs(out.S[2]) <= 1e-15 * law.mu || std::fabs(out.S[2]) <= 1e-14 * size;
+    // a crack that snaps in material that flows leaves S33 a jump, without a state of plane stress
+    if (t.closed() && std::fabs(out.S[2]) > JUMP * size) return false;
+    if (found || t.closed()) {
       out.S[2] = 0.0;
+      out.D[14] = std::max(out.D[14], SOFT * law.mu);
       if (tangent) condense(out.D);
       return true;
     }
-    E[2] += finite && E[2] + step <= -0.5 ? 0.5 * (-0.5 - E[2]) : step;
+    const double step = out.D[14] > 0.0 ? -out.S[2] / out.D[14] : HUGE_VAL;
+    E[2] = t.next(E[2], out.S[2], out.S[2] > 0.0 && step == HUGE_VAL ? -step : step);
   }
   return false;
 }
@@ -180,7 +206,9 @@ bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, c
   if (!law_update(law, mode.finite, end, h_n, h_np1, C != nullptr, one)) return false;
   if (mode.mid) {
     std::copy(E0, E0 + 6, start);
-    if (!law_update(law, mode.finite, start, h_n, scratch, false, zero)) return false;
+    MatLaw before = law;                               // with the width of this increment
+    std::fill_n(before.crack.across, 3, 0.0);
+    if (!law_update(before, mode.finite, start, h_n, scratch, false, zero)) return false;
     // dissipation as the difference of the history, which the ledger reads
     const bool keeps  = !law_of(law).history.empty();
     const double loss = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;

@@ -34,6 +34,7 @@ struct CrackLaw {
   double scatter  = 1.0;       // factor of both
   const double* X = nullptr;   // nodes of the element [nodes*dim], relative to the first one
   int nodes = 0, dim = 0;
+  double across[3] = {0, 0, 0};        // mean normal of the cracks of the element at t(n); 0: widths stay
   CrackTangent tangent = CRACK_TANGENT;      // KernelMode
 };
 

@@ -1,8 +1,9 @@
 """Meshes of the plate of A14 and A15, W x H with a notch along y = 0 from the left edge to x = a, as a file that a deck includes.
 
-write(path, kind, W, H, a, h, rows): the notch is `rows` rows of elements high. Kinds:
+write(path, kind, W, H, a, h, rows, fine): the notch is `rows` rows of elements high. Kinds:
   aligned      squares; rows = 1: a row of them lies on y = 0, rows = 2: a line of nodes does
-  graded       the same; edges grow by 5 % from one to the next, up to 3 h, beyond 0.05 W around and 0.1 W ahead of the tip
+  graded       the same; edges grow by 5 % from one to the next, up to 3 h, beyond 0.05 W around and 0.1 W ahead of the tip;
+               fine = (around, ahead, largest edge): other lengths
   jitter       the same as aligned, inner nodes moved by up to 0.2 h, but for those of the notch
   turned       the same, the squares around the tip turned by 30 degrees: nodes within 0.12 H are turned about it by that angle,
                beyond 0.4 H not at all
@@ -37,23 +38,24 @@ def lattice(x, y):
     return np.column_stack([x.ravel(), y.ravel()]), np.column_stack([k, k + 1, k + nx + 2, k + nx + 1])
 
 
-def growing(length, fine, h):
-    """Places from 0 to length: edges of h up to fine, then growing by 5 % up to 3 h."""
+def growing(length, fine, h, largest):
+    """Places from 0 to length: edges of h up to fine, then growing by 5 % up to the largest."""
     place = list(h * np.arange(int(round(fine / h)) + 1))
     edge = h
     while place[-1] < length - 1e-9 * h:
-        edge = min(1.05 * edge, 3 * h)
+        edge = min(1.05 * edge, largest)
         place.append(place[-1] + edge)
     place = np.array(place)
     outer = place > fine
     return np.where(outer, fine + (place - fine) * (length - fine) / (place[-1] - fine), place)
 
 
-def graded(W, H, a, h):
+def graded(W, H, a, h, fine):
     """One row of elements on y = 0."""
-    up = 0.5 * h + growing(0.5 * (H - h), 0.05 * W, h)
+    around, ahead, largest = fine or (0.05 * W, 0.1 * W, 3 * h)
+    up = 0.5 * h + growing(0.5 * (H - h), around, h, largest)
     y = np.concatenate([-up[::-1], up])
-    x = np.concatenate([a - growing(a, 0.05 * W, h)[:0:-1], a + growing(W - a, 0.1 * W, h)])
+    x = np.concatenate([a - growing(a, around, h, largest)[:0:-1], a + growing(W - a, ahead, h, largest)])
     return y, x
 
 
@@ -74,13 +76,13 @@ def scattered(W, H, h, seed=1):
     return triangulate(edge, X * [W / nx, H / ny] + [0.0, -0.5 * H], 1e-3 * h * h)
 
 
-def mesh(kind, W, H, a, h, rows):
+def mesh(kind, W, H, a, h, rows, fine):
     if kind == "triangles":
         return scattered(W, H, h)
     if kind == "quads":
         return three_quads(*scattered(W, H, np.sqrt(6.0) * h))
     if kind in ("graded", "slab"):
-        y, x = graded(W, H, a, h)
+        y, x = graded(W, H, a, h, fine)
         plane = lattice(x, y)
         return plane if kind == "graded" else bricks(*plane, h, LAYERS)
     X, conn = squares(W, H, h, rows)
@@ -98,9 +100,9 @@ def mesh(kind, W, H, a, h, rows):
     return X, conn
 
 
-def write(path, kind, W, H, a, h, rows):
+def write(path, kind, W, H, a, h, rows, fine=None):
     """Writes the mesh with its sets and surfaces; returns h, the root of the mean area of a square."""
-    X, conn = mesh(kind, W, H, a, h, rows)
+    X, conn = mesh(kind, W, H, a, h, rows, fine)
     corners = X[conn]
     lo, hi = corners.min(1), corners.max(1)
     centre = corners.mean(1)
