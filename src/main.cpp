@@ -24,6 +24,7 @@
 #include "base/timer.h"
 #include "base/version.h"
 #include "deck/deck.h"
+#include "mat/law.h"
 #include "out/out.h"
 #include "step/step.h"
 
@@ -119,7 +120,9 @@ std::string restart_path(const Model& m, const Options& o)
 bool read_deck(const Options& o, Model& m)
 {
   Timer timer(PHASE_INPUT);
-  return comm_bcast(comm_rank() > 0 ? 0 : deck_read(o.deck, o.defines, m)) == 0;
+  const int errors = comm_bcast(comm_rank() > 0 ? 0 : deck_read(o.deck, o.defines, m));
+  if (errors == 0) law_place_initial(m);
+  return errors == 0;
 }
 
 // a small model takes fewer ranks than there are; false: this one waits for the others
@@ -162,6 +165,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, s
   if (comm_rank() == 0)
     good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash &&
            m.output.history.size() == old.output.history.size();
+  law_place_initial(m);
   log_repeat(false);
   good = comm_bcast(static_cast<int>(good)) && out_hold(old, run->state, run->problem.d.grid, state);
   if (!good) {

@@ -613,6 +613,20 @@ void loads_of_nodes(const Dofs& dofs, const RealVec& fn, RealVec& fext)
 
 }  // namespace
 
+namespace {
+
+// what removed elements held with, and their loads, falls to zero over the step: at nodes fn    (6.43)
+void add_left_by_removed(const Model& m, const State& st, const Step& step, double t, RealVec& fn)
+{
+  if (st.left_by_removed.empty()) return;
+  const double part = std::max(0.0, 1.0 - t / step.period);
+  for (int n = 0; n < m.mesh.nnode(); ++n)
+    for (int i = 0; i < m.dim && m.part.counts(n); ++i)
+      fn[n * m.dim + i] += part * st.left_by_removed[n * m.dim + i];
+}
+
+}  // namespace
+
 bool assem_has_followers(const Step& step)
 {
   return std::any_of(step.load.begin(), step.load.end(), [&](const Load& l) { return follows(step, l); });
@@ -621,7 +635,7 @@ bool assem_has_followers(const Step& step)
 Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
-  if (step.load.empty()) {
+  if (step.load.empty() && st.left_by_removed.empty()) {
     fext.assign(dofs.rows.neq(), 0.0);
     return STATUS_OK;
   }
@@ -635,6 +649,7 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
     else failure = face_loads(m, d, st, step, l, at, dofs, fn, fc);
     if (!failure.ok()) break;
   }
+  add_left_by_removed(m, st, step, at.step, fn);
   if (m.part.on) return sum_loads(st.points, d, dofs, failure, fn, fc, far, fext);
   if (!failure.ok()) return failure;
   loads_of_nodes(dofs, fn, fext);

@@ -16,9 +16,10 @@ namespace {
 
 // a face of a surface: its nodes (corner c: nnode + c), their positions, its thickness
 struct FaceNodes {
-  int n = 0;
-  int node[4];
-  double X[12];                // [n*3]
+  int n = 0;                   // nodes
+  int kind = 0, corners = 0;   // face_kind; corners, which stand first
+  int node[MAX_FACE_NODES];
+  double X[3 * MAX_FACE_NODES];        // [n*3]
   double thickness = 1.0, stiff = 0.0;      // stiff: mat_stiffness of its material
 };
 
@@ -41,7 +42,9 @@ FaceNodes face_nodes(const Model& m, const Points& pts, int of_body, const Face&
   FaceNodes out;
   const bool body       = of_body >= 0;
   const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
-  out.n = info.nfnode[f.face];
+  out.n       = info.nfnode[f.face];
+  out.kind    = face_kind(m.dim, out.n);
+  out.corners = face_corners(info, f.face);
   for (int k = 0; k < out.n; ++k) {
     const int local = info.face[f.face][k];
     const int node  = body ? pts.conn.begin(f.elem)[local] : m.mesh.conn.begin(f.elem)[local];
@@ -64,8 +67,8 @@ FaceNodes face_nodes(const Model& m, const Points& pts, int of_body, const Face&
 double face_size(const FaceNodes& face)
 {
   double most = 0.0;
-  for (int k = 0; k < face.n; ++k) {
-    const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.n)];
+  for (int k = 0; k < face.corners; ++k) {
+    const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.corners)];
     most = std::max(most, std::hypot(y[0] - x[0], y[1] - x[1], y[2] - x[2]));
   }
   return most;
@@ -144,8 +147,8 @@ int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
   if (d.body < 0) return 1;
   const Body& b = m.body[d.body];
   double most = 0.0;
-  for (int k = 0; k < face.n; ++k) {
-    const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.n)];
+  for (int k = 0; k < face.corners; ++k) {
+    const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.corners)];
     double length2 = 0.0, domains = 0.0;
     for (int i = 0; i < m.dim; ++i) {
       const double cell = b.cells[i] > 0 ? (b.hi[i] - b.lo[i]) / b.cells[i] : m.grid.h[i];
@@ -245,7 +248,7 @@ void add_area(BondBuilder& f, const FaceNodes& face, const double* xi, double ar
 // across meshes that do not match (doc/verification.md, A1)
 int sample_parts(const Model& m, const BondDef& d)
 {
-  if (d.intermediate >= 0) return d.intermediate + 1;
+  if (d.intermediate > 0 || (d.intermediate == 0 && d.contact.by_face)) return d.intermediate + 1;
   const int body = m.surface[d.surface].body, parts = m.dim == 2 ? 8 : 4;
   // faces of points are parts of a cell
   return body < 0 ? parts : std::max(2, parts / m.body[body].per_cell);
@@ -257,7 +260,7 @@ void form_inside(BondBuilder& f, const FaceNodes& face, double penalty)
   const double thickness = f.m.dim == 2 ? face.thickness : 1.0;
   const auto wanted      = [&](int node) { return (*f.own)[node]; };
   if (f.own && std::none_of(face.node, face.node + face.n, wanted)) return;
-  for (const FaceSample& s : face_samples(face.n, face.X, sample_parts(f.m, f.m.bond[f.def]))) {
+  for (const FaceSample& s : face_samples(face.kind, face.X, sample_parts(f.m, f.m.bond[f.def]))) {
     for (int k = 0; k < face.n; ++k) {
       f.b.a.item.push_back(face.node[k]);
       f.b.a_w.push_back(s.N[k]);
@@ -285,7 +288,7 @@ void form_face(BondBuilder& f, const FaceNodes& face)
   const BondDef& d     = f.m.bond[f.def];
   const int dim        = f.m.dim;
   const double penalty = penalty_of(f.m, d, face);
-  if (d.contact.by_face) return form_inside(f, face, penalty);
+  if (d.contact.by_face || face.n > face.corners) return form_inside(f, face, penalty);
   const int parts = edge_parts(f.m, d, face);
   long name       = f.name;
   for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
@@ -360,9 +363,9 @@ void area_vector(const Model& m, const Points& pts, int surface, double* sum, do
   for (const Face& f : s.body >= 0 ? pts.surface[surface] : s.face) {
     if (s.body >= 0 ? pts.part.on && pts.part.rank[f.elem] != comm_rank() : !m.part.works(f.elem)) continue;
     const FaceNodes face = face_nodes(m, pts, s.body, f);
-    const double centre[2] = {face.n == 3 ? 1.0 / 3 : 0.0, face.n == 3 ? 1.0 / 3 : 0.0};
+    const double centre[2] = {face.corners == 3 ? 1.0 / 3 : 0.0, face.corners == 3 ? 1.0 / 3 : 0.0};
     double n[3];
-    area += face_area(face.n, face.X, centre, n);
+    area += face_area(face.kind, face.X, centre, n);
     for (int i = 0; i < 3; ++i) sum[i] += n[i];
   }
   if (!m.part.on) return;

@@ -78,7 +78,7 @@ IntVec moving(const Model& m, const Points& pts, const Bonds& bonds, const std::
     for (const SkinFace& f : surface_faces(m, pts, d.contact.master, false)) {
       if (!point_skin_counts(m, pts, f)) continue;
       const MasterFace at = face_at_start(m, pts, f.points, {f.elem, f.face});
-      node.insert(node.end(), at.node, at.node + at.n);
+      node.insert(node.end(), at.node, at.node + at.all);
     }
   }
   for (int b = 0; b < bonds.nbond; ++b)

@@ -34,8 +34,10 @@ MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, 
   MasterFace out;
   const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
   const int* conn       = body ? pts.conn.begin(f.elem) : m.mesh.conn.begin(f.elem);
-  out.n = info.nfnode[f.face];
-  for (int k = 0; k < out.n; ++k) {
+  out.n    = face_corners(info, f.face);
+  out.all  = info.nfnode[f.face];
+  out.kind = face_kind(m.dim, out.all);
+  for (int k = 0; k < out.all; ++k) {
     const int c = conn[info.face[f.face][k]];
     out.node[k]  = body ? m.mesh.nnode() + c : c;
     for (int i = 0; i < 3; ++i) {
@@ -167,17 +169,45 @@ void nearest_on_rim(const MasterFace& f, const double* p, double* xi)
   }
 }
 
+// local coordinates of the projection on a face of a quadratic element, from those on its corners: Newton's
+// method without the curvature, which converges by a factor of curvature times distance
+void project_bent(const MasterFace& f, const double* p, double* xi)
+{
+  for (int it = 0; it < 30; ++it) {
+    double N[MAX_FACE_NODES], dN[2 * MAX_FACE_NODES], t[2][3] = {{0, 0, 0}, {0, 0, 0}}, r[3];
+    double g[2] = {0, 0}, aa = 0, ab = 0, bb = 0;
+    face_eval(f.kind, xi, N, dN);
+    for (int i = 0; i < 3; ++i) {
+      r[i] = p[i];
+      for (int k = 0; k < f.all; ++k) {
+        r[i] -= N[k] * f.x[3 * k + i];
+        for (int j = 0; j < 2; ++j) t[j][i] += dN[2 * k + j] * f.x[3 * k + i];
+      }
+      for (int j = 0; j < 2; ++j) g[j] += t[j][i] * r[i];
+      aa += t[0][i] * t[0][i];
+      ab += t[0][i] * t[1][i];
+      bb += t[1][i] * t[1][i];
+    }
+    if (f.n == 2) bb = 1.0;
+    const double det = aa * bb - ab * ab, d0 = (bb * g[0] - ab * g[1]) / det,
+                 d1  = (aa * g[1] - ab * g[0]) / det;
+    xi[0] += d0;
+    xi[1] += d1;
+    if (std::fabs(d0) + std::fabs(d1) < 1e-12) return;
+  }
+}
+
 // hit of p at the local coordinates xi of f. Returns the squared distance
 double hit_at(const MasterFace& f, const double* p, const double* xi, Hit& hit)
 {
   double distance2 = 0.0;
-  face_eval(f.n, xi, hit.N, nullptr);
-  const double norm = face_area(f.n, f.x, xi, hit.n);
+  face_eval(f.kind, xi, hit.N, nullptr);
+  const double norm = face_area(f.kind, f.x, xi, hit.n);
   hit.face = &f;
   hit.gap  = 0.0;
   for (int i = 0; i < 3; ++i) {
     hit.r[i] = p[i];
-    for (int k = 0; k < f.n; ++k) hit.r[i] -= hit.N[k] * f.x[3 * k + i];
+    for (int k = 0; k < f.all; ++k) hit.r[i] -= hit.N[k] * f.x[3 * k + i];
     hit.n[i] /= norm;
     hit.gap += hit.n[i] * hit.r[i];
     distance2 += hit.r[i] * hit.r[i];
@@ -192,6 +222,7 @@ double contact_nearest(const MasterFace& f, const double* p, bool& over, Hit& hi
 {
   double xi[2];
   project(f, p, false, xi);
+  if (f.all > f.n) project_bent(f, p, xi);
   over = on_face(f, xi);
   if (over) {
     const double distance2 = hit_at(f, p, xi, hit);
@@ -221,9 +252,9 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
 bool contact_outside(const Hit& hit, const MasterFace& neighbour, const double* p)
 {
   const MasterFace& f = *hit.face;
-  for (int k = 0; k < f.n; ++k)
-    if (hit.N[k] > 1e-6 && std::find(neighbour.node, neighbour.node + neighbour.n, f.node[k]) ==
-                               neighbour.node + neighbour.n)
+  for (int k = 0; k < f.all; ++k)
+    if (std::fabs(hit.N[k]) > 1e-6 && std::find(neighbour.node, neighbour.node + neighbour.all, f.node[k]) ==
+                                          neighbour.node + neighbour.all)
       return false;
   double x[3], n[3], gap = 0.0;
   face_middle(neighbour, x, n);
@@ -240,6 +271,7 @@ bool contact_hold(const MasterFace& f, const double* p, Hit& hit)
   double xi[2];
   Hit beside;
   project(f, p, true, xi);
+  if (f.all > f.n) project_bent(f, p, xi);
   const double beside2 = hit_at(f, p, xi, beside) - beside.gap * beside.gap;
   if (beside2 <= RIM2 * f.size * f.size) hit = beside;       // else Newton's method did not converge
   return true;

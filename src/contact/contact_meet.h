@@ -13,9 +13,10 @@
 const double CONTACT_DEEPEST = 0.5;
 
 struct MasterFace {
-  int n = 0;
-  int node[4];                  // nodes (corner c: nnode + c)
-  double x[12];                // their positions at t(n)
+  int n = 0;                   // corners, which stand first: 2, 3 or 4
+  int all = 0, kind = 0;       // nodes, more of quadratic elements; face_kind
+  int node[MAX_FACE_NODES];    // nodes (corner c: nnode + c)
+  double x[3 * MAX_FACE_NODES];        // their positions at t(n)
   double lo[3], hi[3];
   double size = 0.0;           // longest edge
   double rounding = 0.0;       // round-off error of a gap measured from it             length
@@ -34,7 +35,8 @@ void face_middle(const MasterFace& f, double* x, double* n);
 
 struct Hit {                   // a face that a point meets, and its projection on it
   const MasterFace* face = nullptr;
-  double N[4], n[3], r[3];     // shape functions at the projection, normal, vector from there to the point
+  // shape functions at the projection, normal, vector from there to the point
+  double N[MAX_FACE_NODES], n[3], r[3];
   double gap = 0.0;
   bool beside = false;         // the projection is on the rim, and the point below and beside it
 };

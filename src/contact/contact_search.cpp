@@ -71,7 +71,7 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
       n[i] += share * hit.n[i];
       r[i] += share * hit.r[i];
     }
-    for (int k = 0; k < hit.face->n; ++k) {
+    for (int k = 0; k < hit.face->all; ++k) {
       pairs.master.item.push_back(hit.face->node[k]);
       pairs.master_w.push_back(share * hit.N[k]);
     }

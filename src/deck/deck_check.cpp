@@ -233,9 +233,6 @@ void check_quadratic(Deck& d, const Model& m)
   if (!m.conversion.empty())
     refuse("CONVERSION", m.conversion[0].place,
            " cannot be combined with *CONVERSION" + use_linear(m) + ", and in the whole mesh");
-  if (!m.broken.empty() && m.fracture.empty())
-    refuse(m.broken[0].remove ? "MODEL CHANGE" : "INITIAL CONDITIONS", m.broken[0].place,
-           " cannot be combined with elements removed or broken at the start" + use_linear(m));
   for (const Section& s : m.section) {
     const int e = s.lumped && s.elset >= 0 ? first_quadratic(m, m.elset[s.elset].item) : -1;
     if (e >= 0)
@@ -246,17 +243,17 @@ void check_quadratic(Deck& d, const Model& m)
   for (const BondDef& bond : m.bond) {
     if (bond.contact.general)
       refuse("CONTACT", bond.place,
-             " cannot be in contact, but *CONTACT includes all outer faces" + use_linear(m) +
-                 ", or *CONTACT PAIR of the other faces");
+             " can be in a *CONTACT PAIR, but *CONTACT includes all outer faces" + use_linear(m) +
+                 ", or *CONTACT PAIR");
     for (int s : {bond.surface, bond.contact.master}) {
-      if (s < 0) continue;
+      if (s < 0 || bond.kind != BOND_MESH_GRID) continue;
       IntVec elem;
       for (const Face& f : m.surface[s].face) elem.push_back(f.elem);
       const int e = first_quadratic(m, elem);
       if (e >= 0)
         fault(d, bond_word(bond), bond.place, m.surface[s].name,
-              quadratic_text(m, e) + " of surface " + m.surface[s].name + " cannot carry " +
-                  (bond.kind == BOND_CONTACT ? "contact" : "bonds") + use_linear(m));
+              quadratic_text(m, e) + " of surface " + m.surface[s].name +
+                  " cannot carry bonds to material points" + use_linear(m));
     }
   }
 }
@@ -802,7 +799,9 @@ std::vector<char> node_use(const Model& m, const IntVec& body, const IntVec& rem
 }
 
 // loads and supports must act on nodes of elements
-void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vector<char>& use)
+//   in   at_start   before steps have removed elements: supports on these are no mistake
+void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vector<char>& use,
+                        const std::vector<char>& at_start)
 {
   for (const Load& l : s.load)
     for (int n : l.node) {
@@ -816,7 +815,7 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
     }
   for (const Prescribed& b : s.prescribed)
     for (int n : b.node) {
-      if (use[n] == USE_ELEMENT) continue;
+      if (use[n] == USE_ELEMENT || at_start[n] == USE_ELEMENT) continue;
       if (use[n] == USE_BODY)
         fault(d, "BOUNDARY", b.place, "",
               text_format("node %d becomes a corner of material points; fix it by *GRID BOUNDARY or *BOND, "
@@ -864,18 +863,24 @@ void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& r
   }
 }
 
-void check_steps(Deck& d, const Model& m, const IntVec& body)
+//   in   read_well   nodes that lines with errors would give an element are no further errors
+void check_steps(Deck& d, const Model& m, const IntVec& body, bool read_well)
 {
   const IntVec removed = removed_elements(m);
-  const std::vector<char> use = node_use(m, body, removed);
+  IntVec gone = removed;       // when the step acts
+  const std::vector<char> at_start = node_use(m, body, gone);
+  std::vector<char> use = at_start;
   for (const Step& s : m.step) {
+    for (const ModelChange& c : s.change)
+      for (int e : c.elem) gone[e] = !c.add;
+    if (!s.change.empty()) use = node_use(m, body, gone);
     if (!m.body.empty() && !s.nlgeom)
       fault(d, "STEP", s.place, "STEP",
             "material points move through a grid and need large displacements; write *STEP, NLGEOM");
     check_gravity(d, m, s);
     check_arc(d, m, s);
     check_loaded_supports(d, m, s);
-    check_acting_nodes(d, m, s, use);
+    if (read_well) check_acting_nodes(d, m, s, use, at_start);
     check_acting_faces(d, m, s, body);
     check_removed_faces(d, m, s, removed);
   }
@@ -928,7 +933,8 @@ void deck_check(Deck& d, Model& m)
   check_elements(d, m);
   const IntVec body = body_of_elements(d, m);
   if (read_well) check_missing(d, m, body);
-  check_steps(d, m, body);
+  if (read_well) deck_changes(d, m, body);
+  check_steps(d, m, body, read_well);
   check_equations(d, m);
   for (const BondDef& b : m.bond) {
     check_bond_faces(d, m, b, body);

@@ -30,7 +30,8 @@ bool is_ignored(const std::string& word)
 {
   for (const char* other : {"PREPRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT",
                             "ENERGY OUTPUT", "FILE FORMAT", "TIME POINTS", "MONITOR", "PRINT", "CONTROLS",
-                            "SECTION CONTROLS", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT"})
+                            "SECTION CONTROLS", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT",
+                            "PHYSICAL CONSTANTS"})
     if (word == other) return true;
   return false;
 }

@@ -305,6 +305,8 @@ void deck_resolve(Deck& d, Model& m);                      // sections, schemes,
 // creates bodies and bonds of *CONVERSION (deck_fracture.cpp)
 void deck_fracture(Deck& d, Model& m);
 void deck_check(Deck& d, Model& m);
+// initial stress, *MODEL CHANGE in steps; body: created from an element, -1            [nelem]
+void deck_changes(Deck& d, Model& m, const IntVec& body);
 // equation_given : dofs given in a step by supports and equations (deck_equation.cpp)
 using DofSet = std::set<std::pair<int, int>>;                // node, 0-based direction
 DofSet equation_given(const Model& m, const Step& s);

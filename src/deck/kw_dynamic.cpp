@@ -111,6 +111,13 @@ void refuse_explicit(Card& card)
 void kw_dynamic(Card& card, Model& model)
 {
   Step& s = model.step.back();
+  const int of_abaqus = card_param_word(card, "APPLICATION",
+                                        "TRANSIENT FIDELITY|MODERATE DISSIPATION|QUASI-STATIC", 0);
+  if (of_abaqus > 0)
+    card_warn(card, card_param(card, "APPLICATION")->value,
+              "APPLICATION has no effect: nothing is damped by it; ALPHA=-0.3 or DISSIPATION=0.2 dampen "
+              "motion of short periods");
+  card_param_yes(card, "INITIAL", false, true);
   if (card_flag(card, "EXPLICIT")) return read_explicit(card, model);
   refuse_explicit(card);
   const HeadParam* const beta  = card_param(card, "BETA");

@@ -1,6 +1,6 @@
 #include "deck/card.h"
 
-// *FRICTION : mu[, stick slope]
+// *FRICTION[, SLIP TOLERANCE=] : mu[, stick slope]
 void kw_friction(Card& card, Model&)
 {
   Interaction& in = card.deck->interaction[card.deck->open.interaction];

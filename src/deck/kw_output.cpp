@@ -10,6 +10,7 @@ void file_read(Card& card, Model& model, const char* words)
   else if (v.frequency > 0) v.frequency = std::min(v.frequency, frequency);
   v.on = true;
   card_param_word(card, "OUTPUT", "2D|3D", 0);
+  card_param_yes(card, "GLOBAL", true, true);
   while (card_line(card))
     while (card_more(card)) card_word(card, "quantity", words);
 }

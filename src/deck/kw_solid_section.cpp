@@ -42,7 +42,7 @@ void kw_solid_section(Card& card, Model& model)
   Section s;
   s.elset = s.material = -1;
   s.thickness = card_real_or(card, "thickness", 1.0, above(0.0));
-  if (model.dim == 3 && card.open && card_good(card))
+  if (model.dim == 3 && card.open && card_good(card) && !card.field[0].empty())       // CAE writes a comma
     card_error(card, card.field[0], "elements in three dimensions have no thickness; leave this line out");
   s.lumped = card_param_word(card, "MASS", "CONSISTENT|LUMPED", 0) == 1;
   const bool mass_given = card_param(card, "MASS") != nullptr;

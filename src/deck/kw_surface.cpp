@@ -8,7 +8,7 @@ namespace {
 
 struct FaceLine {              // elset|element, S1
   Field elem, face;
-  int number = 0;              // 0-based number of the face
+  int number = 0;              // 0-based number of the face; -1: all free faces
 };
 
 bool is_defined(const Model& m, const Field& f)
@@ -26,6 +26,13 @@ void add_faces(Deck& d, const Model& model, const std::vector<FaceLine>& lines, 
     IntVec elem;
     if (!target_elems(d, model, l.elem, elem)) continue;
     int duplicates = 0, first = -1;
+    if (l.number < 0) {
+      std::sort(elem.begin(), elem.end());
+      for (const Face& f : mesh_free_faces(d, model))
+        if (std::binary_search(elem.begin(), elem.end(), f.elem) && listed.insert({f.elem, f.face}).second)
+          s.face.push_back(f);
+      continue;
+    }
     for (int e : elem) {
       if (l.number < shape_info[elem_table[model.mesh.elem_type[e]].shape].nface) {
         if (listed.insert({e, l.number}).second) s.face.push_back(Face{e, l.number});
@@ -55,6 +62,12 @@ void read_faces(Card& card, const Model& model, std::vector<FaceLine>& lines)
   while (card_line(card)) {
     FaceLine l;
     l.elem   = card_field(card, "element or element set");
+    if (card.field.size() < 2 || card.field[1].empty()) {      // Abaqus: the free faces of the set
+      card.next = card.field.size();
+      l.number  = -1;
+      if (card_good(card)) lines.push_back(l);
+      continue;
+    }
     l.number = card_word(card, "face", model.dim == 3 ? "S1|S2|S3|S4|S5|S6" : "S1|S2|S3|S4");
     if (!card_good(card)) continue;
     l.face = card.field[1];
@@ -81,17 +94,33 @@ void find_faces(Card& card, const Model& model, const IntVec& elem, const Expr* 
   }
 }
 
+// nset|node[, area] : a node set of the name of the surface
+void read_nodes(Card& card, Model& model, const Surface& s)
+{
+  IntVec node;
+  while (card_line(card)) {
+    const Field target = card_field(card, "node set or node");
+    if (card_more(card)) card.next = card.field.size();        // an area, of no use here
+    if (card_good(card)) target_nodes(*card.deck, model, target, node);
+  }
+  if (!s.name.empty() && !node.empty()) set_merge(model.nset, s.name, node, s.place);
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *SURFACE, NAME= : lines elset|element, S1; or ELSET=[, WHERE=]; or TYPE=BODY, BODY=[, WHERE=]
+// *SURFACE, NAME= : lines elset|element, S1; or ELSET=[, WHERE=]; or TYPE=BODY, BODY=[, WHERE=];
+//                  TYPE=NODE, lines nset|node: a node set
 // ---------------------------------------------------------------------------
 void kw_surface(Card& card, Model& model)
 {
   Surface s;
   s.name  = card_param_name(card, "NAME");
   s.place = card_place(card);
-  const bool of_body = card_param_word(card, "TYPE", "ELEMENT|BODY", 0) == 1;
+  const int type = card_param_word(card, "TYPE", "ELEMENT|BODY|NODE", 0);
+  card_flag(card, "INTERNAL");
+  if (type == 2) return read_nodes(card, model, s);
+  const bool of_body = type == 1;
   Expr where;
   const bool selects = card_param_expr(card, "WHERE", where);
   const Field elset = card_param_field(card, "ELSET"), body = card_param_field(card, "BODY");

@@ -38,7 +38,7 @@ struct ElemBlock {
   // cohesive cracks
   bool opens() const { return law.kind == LAW_COHESIVE || law.kind == LAW_COHESIVE_FLOW; }
   // uncracked elements use the short form
-  bool short_form() const { return !general || law.kind == LAW_COHESIVE; }
+  bool short_form() const { return !general || (law.kind == LAW_COHESIVE && law.initial < 0); }
   // index of the first Gauss point
   size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }
 };
@@ -222,8 +222,17 @@ void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double sca
 // ip_stress_from : the same from out.F and out.E
 void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
 
-// elem_strains : strains [ngp][dim*dim] at the Gauss points of an intact element e, with their enhanced part
-void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E);
+// elem_strains : strains at the Gauss points of an intact element e, with their enhanced part and, unless he
+// is null, the initial strain of the history he                            [ngp][dim*dim]
+void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, const RealVec* he, bool nlgeom,
+                  double* E);
+
+// elem_initial33 : plane strain: component 33 of the initial strain at Gauss point g of element e
+double elem_initial33(const Elements& el, const RealVec& he, int e, int g);
+
+// elem_forget_strain : what element e has as strain in level l becomes its strain without stress; its history
+// is new
+void elem_forget_strain(const Model& m, const Elements& el, int e, bool nlgeom, Level& l);
 
 // elem_energy_one : strain energy of element e in the level; broken: with the degradation factor c
 double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l, double c, bool nlgeom);

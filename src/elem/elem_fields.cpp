@@ -234,11 +234,36 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
   ip_stress_from(b.law, dim, nlgeom, out);
 }
 
-void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E)
+void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, const RealVec* he, bool nlgeom,
+                  double* E)
 {
   const ElemBlock& b = el.block[el.initial_block[e]];
   if (m.dim == 2) element_strains<2>(m, b, el.slot_of[e], u, nlgeom, E);
   else element_strains<3>(m, b, el.slot_of[e], u, nlgeom, E);
+  if (!he || b.law.initial < 0) return;
+  for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1]; ++k, E += m.dim * m.dim)
+    for (int i = 0; i < m.dim; ++i)
+      for (int j = 0; j < m.dim; ++j)
+        E[i * m.dim + j] += history_at(*he, el.history, k)[b.law.initial + six_at[i][j]];
+}
+
+double elem_initial33(const Elements& el, const RealVec& he, int e, int g)
+{
+  const MatLaw& law = el.block[el.initial_block[e]].law;
+  if (law.initial < 0 || law.plane != PLANE_STRAIN) return 0.0;
+  return history_at(he, el.history, el.gauss_of[e] + g)[law.initial + 2];
+}
+
+void elem_forget_strain(const Model& m, const Elements& el, int e, bool nlgeom, Level& l)
+{
+  const ElemBlock& b = el.block[el.initial_block[e]];
+  double E[6 * MAX_GAUSS], scale[MAX_GAUSS];
+  general_strains(m, b, b.law.bar, el.slot_of[e], l.u, nlgeom, E, scale);
+  for (int k = el.gauss_of[e], g = 0; k < el.gauss_of[e + 1]; ++k, ++g) {
+    double* h = history_at(l.he, el.history, k);
+    std::fill_n(h, el.history, 0.0);
+    for (int i = 0; i < 6; ++i) h[b.law.initial + i] = -E[6 * g + i];
+  }
 }
 
 double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l, double c, bool nlgeom)
@@ -321,8 +346,8 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
         }
         continue;
       }
-      elem_strains(m, el, e, l0.u, nlgeom, E0);
-      elem_strains(m, el, e, l1.u, nlgeom, E1);
+      elem_strains(m, el, e, l0.u, nullptr, nlgeom, E0);
+      elem_strains(m, el, e, l1.u, nullptr, nlgeom, E1);
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
         double *dE = E1 + g * dd, loss = 0.0;
         for (int k = 0; k < dd; ++k) dE[k] -= E0[g * dd + k];

@@ -40,7 +40,7 @@ bool reload_parts(const Points& begin, State& st, Model& m, const FracMesh& fm)
   good = good && frac_take(m, fm, begin, st);
   if (comm_allreduce_max(static_cast<int>(!good))) return false;
   if (st.frac.nconverted > 0) point_surfaces(m, st.points);
-  if (m.part.window && !st.frac.empty()) model_owners(frac_gone(st.frac), m);
+  if ((m.part.window || model_changes(m)) && !st.frac.empty()) model_owners(frac_gone(st.frac), m);
   if (st.frac.nconverted > 0) point_find_common(m.part, point_ranks(m.part, st.points), st.points);
   bond_share(m, st.points, st.bonds);
   st.np1 = st.n;

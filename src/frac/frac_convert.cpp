@@ -75,12 +75,31 @@ int plastic_part(const Model& m, const Points& pts, int p)
   return law_field(law_of(mat_law(point_material(m, pts, p), PLANE_NONE)), HISTORY_DEFORMATION);
 }
 
-// Elastic deformation be = Fbar Cp^-1 Fbar^T of a Gauss point or a point of plastic material, which
-// determines the stress
-Mat3 elastic_metric(const IpFields& f, const double* plastic)
+// F of a Gauss point or a point for its law: with an initial strain the rotation of Fbar times the root of
+// Fbar^T Fbar + 2 E0                                                                               (2.44)
+Mat3 total_gradient(const MatLaw& law, const IpFields& f, const double* h)
 {
   const Mat3 F = matrix(f.Fbar);
-  return F * plastic_metric(plastic) * F.transpose();
+  if (law.initial < 0) return F;
+  const double* e = h + law.initial;
+  Mat3 E;
+  E << e[0], e[3], e[5], e[3], e[1], e[4], e[5], e[4], e[2];
+  const Mat3 C = F.transpose() * F;
+  const Eigen::SelfAdjointEigenSolver<Mat3> own(C), all(C + 2.0 * E);
+  return F * own.operatorInverseSqrt() * all.operatorSqrt();
+}
+
+// Elastic deformation be = F Cp^-1 F^T of a Gauss point or a point of plastic material: what its stress
+// depends on
+Mat3 elastic_metric(const MatLaw& law, const IpFields& f, const double* h, int plastic)
+{
+  const Mat3 F = total_gradient(law, f, h);
+  return F * plastic_metric(h + plastic) * F.transpose();
+}
+
+MatLaw intact_law(const Model& m, const Points& pts, int p)
+{
+  return mat_law(point_material(m, pts, p), PLANE_NONE);
 }
 
 // sets the plastic deformation of point p for the elastic deformation be
@@ -89,8 +108,10 @@ void set_elastic(const Model& m, int p, const Mat3& be, State& st)
   const size_t n = point_history_size(st.points, st.n);
   IpFields f;
   point_ip_fields(m, st.points, st.n, p, f);
-  const Mat3 inv = matrix(f.Fbar).inverse(), C = inv * be * inv.transpose() - Mat3::Identity();
-  double* h = history_at(st.n.hp, n, p) + plastic_part(m, st.points, p);
+  double* h = history_at(st.n.hp, n, p);
+  const Mat3 inv = total_gradient(intact_law(m, st.points, p), f, h).inverse(),
+             C   = inv * be * inv.transpose() - Mat3::Identity();
+  h += plastic_part(m, st.points, p);
   using V = VoigtIndex<3>;
   for (int k = 0; k < 6; ++k) h[k] = 0.5 * (C(V::row[k], V::col[k]) + C(V::col[k], V::row[k]));
 }
@@ -127,7 +148,7 @@ void pass_history(const Model& m, const Elements& el, int e, int first, State& s
     const int plastic = plastic_part(m, st.points, p);
     if (plastic < 0) continue;
     elem_ip_fields(m, el, st.n, true, e, g, f);
-    be[p] = elastic_metric(f, h + plastic);
+    be[p] = elastic_metric(intact_law(m, st.points, p), f, h, plastic);
   }
 }
 
@@ -141,7 +162,7 @@ void note_elastic(const Model& m, const State& st, std::map<int, Mat3>& be)
     const int plastic = st.points.parent[p] < 0 ? -1 : plastic_part(m, st.points, p);
     if (plastic < 0) continue;
     point_ip_fields(m, st.points, st.n, p, f);
-    be[p] = elastic_metric(f, history_at(st.n.hp, n, p) + plastic);
+    be[p] = elastic_metric(intact_law(m, st.points, p), f, history_at(st.n.hp, n, p), plastic);
   }
 }
 

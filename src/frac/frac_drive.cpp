@@ -13,6 +13,16 @@ double averaged(double mean, double before, double now, double dt, double T)
   return now - lag + (mean - before + lag) * std::exp(-dt / T);
 }
 
+// psi+ of the plane strain E [dim*dim] with E33, which an initial stress may leave in plane strain
+double drive_at(const MatLaw& law, int dim, Split split, bool finite, const double* E, double E33)
+{
+  if (E33 == 0.0) return split_drive(law, dim, split, finite, E);
+  MatLaw space = law;
+  space.plane  = PLANE_NONE;
+  const double full[9] = {E[0], E[1], 0.0, E[2], E[3], 0.0, 0.0, 0.0, E33};
+  return split_drive(space, 3, split, finite, full);
+}
+
 }  // namespace
 
 void frac_share(const MeshPart& part, RealVec& x)
@@ -26,10 +36,10 @@ double frac_drive(const Model& m, const Step& s, const Elements& el, const FracM
   const ElemBlock& b    = el.block[el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
   double all[72], sum = 0.0;
-  elem_strains(m, el, e, l.u, s.nlgeom, all);
+  elem_strains(m, el, e, l.u, &l.he, s.nlgeom, all);
   for (int g = 0; g < info.ngp; ++g)
     sum += b.w[b.gauss(el.slot_of[e]) + g] *
-           split_drive(b.law, m.dim, split, s.nlgeom, all + g * m.dim * m.dim);
+           drive_at(b.law, m.dim, split, s.nlgeom, all + g * m.dim * m.dim, elem_initial33(el, l.he, e, g));
   return sum / fm.volume[e];
 }
 

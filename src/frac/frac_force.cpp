@@ -19,7 +19,7 @@ void add_force_of(const Scan& s, int e, const double* q, double* J)
   const ShapeInfo& info = shape_info[b.shape];
   const int nen = info.nen, *node = s.m.mesh.conn.begin(e);
   double E[72], u[24];
-  elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, E);
+  elem_strains(s.m, s.el, e, s.l.u, &s.l.he, s.step.nlgeom, E);
   for (int a = 0; a < nen; ++a)
     for (int i = 0; i < D; ++i) u[a * D + i] = s.l.u[node[a] * D + i];
   for (int g = 0; g < info.ngp; ++g) {
@@ -28,6 +28,13 @@ void add_force_of(const Scan& s, int e, const double* q, double* J)
     double H[D * D], S[D * D], P[D * D], gq[D] = {0}, W = 0.0;
     ip_gradient<D, 0>(dN, nen, u, H);
     ip_law<D>(b.law, E + g * D * D, S);
+    if (const double E33 = elem_initial33(s.el, s.l.he, e, g)) {           // plane strain
+      W = 0.5 * (b.law.lam + 2.0 * b.law.mu) * E33 * E33;
+      for (int i = 0; i < D; ++i) {
+        W += 0.5 * b.law.lam * E33 * E[(g * D + i) * D + i];
+        S[i * D + i] += b.law.lam * E33;
+      }
+    }
     for (int i = 0; i < D; ++i)
       for (int j = 0; j < D; ++j) {
         P[i * D + j] = S[i * D + j];

@@ -225,7 +225,7 @@ ListTable frac_of_node(const Mesh& mesh)
 int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
 {
   fm    = FracMesh();
-  fm.on = !m.fracture.empty() || !m.conversion.empty() || !m.broken.empty();
+  fm.on = !m.fracture.empty() || !m.conversion.empty();
   if (!fm.on) return 0;
   const int nelem = m.mesh.nelem();
   find_sizes(m, el, fm);
@@ -251,7 +251,7 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
 void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l)
 {
   fr = Fracture();
-  if (!fm.on) return;
+  if (!fm.on && m.broken.empty() && !model_changes(m)) return;
   const int nelem = m.mesh.nelem();
   fr.phase.assign(nelem, AS_ELEMENT);
   fr.broken.assign(nelem, -1);

@@ -193,12 +193,13 @@ void copy_corners(const IntVec& left, size_t first, int dim, Level& l)
     }
 }
 
-// a reshaped point has no plastic deformation; the dissipated energy is kept
+// a reshaped point has neither plastic deformation nor initial strain; the dissipated energy is kept
 void forget_flow(const Model& m, const Points& pts, int p, RealVec& hp)
 {
-  const size_t n = hp.size() / static_cast<size_t>(pts.npoint);
-  const int field = law_field(law_of(broken_law(m, pts, p)), HISTORY_DEFORMATION);
-  if (n > 0 && field >= 0) std::fill_n(&hp[p * n + field], 6, 0.0);
+  const size_t n   = hp.size() / static_cast<size_t>(pts.npoint);
+  const MatLaw law = broken_law(m, pts, p);
+  for (int field : {law_field(law_of(law), HISTORY_DEFORMATION), law.initial})
+    if (n > 0 && field >= 0) std::fill_n(&hp[p * n + field], 6, 0.0);
 }
 
 // is the broken point p to be released or reshaped?

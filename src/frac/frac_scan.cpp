@@ -25,7 +25,7 @@ void mean_strain(const Scan& s, int e, double* E)
   const ShapeInfo& info = shape_info[b.shape];
   const int d2 = s.m.dim * s.m.dim;
   double all[72], volume = 0.0;
-  elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, all);
+  elem_strains(s.m, s.el, e, s.l.u, &s.l.he, s.step.nlgeom, all);
   for (int k = 0; k < d2; ++k) E[k] = 0.0;
   for (int g = 0; g < info.ngp; ++g) {
     const double w = b.w[b.gauss(s.el.slot_of[e]) + g];
@@ -33,6 +33,19 @@ void mean_strain(const Scan& s, int e, double* E)
     for (int k = 0; k < d2; ++k) E[k] += w * all[g * d2 + k];
   }
   for (int k = 0; k < d2; ++k) E[k] /= volume;
+}
+
+// what a mean initial strain E33 in plane strain adds to all normal stresses               force/length^2
+double stress_of_33(const Scan& s, int e)
+{
+  const ElemBlock& b = s.el.block[s.el.initial_block[e]];
+  double sum = 0.0, volume = 0.0;
+  for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+    const double w = b.w[b.gauss(s.el.slot_of[e]) + g];
+    sum += w * elem_initial33(s.el, s.l.he, e, g);
+    volume += w;
+  }
+  return b.law.lam * sum / volume;
 }
 
 namespace {
@@ -62,7 +75,7 @@ double largest_stress(const Scan& s, int e)
 {
   double E[9];
   mean_strain(s, e, E);
-  return split_normal(s.law(e), s.m.dim, E, nullptr);
+  return split_normal(s.law(e), s.m.dim, E, nullptr) + stress_of_33(s, e);
 }
 
 bool at_removed(const Scan& s, int e) { return beside(s, e, [&](int o) { return s.removed(o); }); }

@@ -51,6 +51,9 @@ void in_ball(const Scan& s, int e, Use use)
 // mean_strain : of an intact element                                                       [dim*dim]
 void mean_strain(const Scan& s, int e, double* E);
 
+// stress_of_33 : what a mean initial strain E33 in plane strain adds to all normal stresses   force/length^2
+double stress_of_33(const Scan& s, int e);
+
 // largest_stress : largest principal stress of the mean strain                             force/length^2
 double largest_stress(const Scan& s, int e);
 

@@ -760,9 +760,10 @@ void forget_history(const Scan& s, int e, Level& l)
 {
   const ElemBlock& b = s.el.block[s.el.initial_block[e]];
   const Law& law     = law_of(elem_law(s.m, s.el, b, s.el.slot_of[e], l.degr[e]));
+  const int numbers  = b.law.initial >= 0 ? b.law.initial : s.el.history;
   if (law.history.empty() || &law == &law_of(b.law)) return;
   for (int k = s.el.gauss_of[e]; k < s.el.gauss_of[e + 1]; ++k)
-    std::fill_n(history_at(l.he, s.el.history, k) + HISTORY_OF_LAW, s.el.history - HISTORY_OF_LAW, 0.0);
+    std::fill_n(history_at(l.he, s.el.history, k) + HISTORY_OF_LAW, numbers - HISTORY_OF_LAW, 0.0);
 }
 
 // energy, area: on the owner

@@ -150,6 +150,7 @@ void modes_ahead(const Scan& s, int e, Tip& t)
     double E[4], S[4];
     mean_strain(s, o, E);
     ip_law<2>(s.law(o), E, S);
+    for (int k = 0; k < 4; k += 3) S[k] += stress_of_33(s, o);
     const double p[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
     const double pull = p[1] * d[0] - p[0] * d[1], v = s.fm.volume[o];
     volume += v;

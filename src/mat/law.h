@@ -20,7 +20,7 @@
 // History of an integration point: energy dissipated so far / volume at t = 0 (force/length^2), which
 // law_update integrates, then the variables of the law. Zero at t = 0
 enum { HISTORY_DISSIPATED = 0, HISTORY_OF_LAW = 1 };
-const int MAX_HISTORY = 16;    // maximum number of history variables of an integration point
+const int MAX_HISTORY = 22;    // maximum number of history variables of an integration point
 
 // Use of history variables outside their law
 enum HistoryUse {
@@ -84,10 +84,23 @@ int law_field(const Law& law, HistoryUse use);
 Law& law_other();
 
 // law_is_general : does intact material need law_step? false: it has the short form of elem/kernel.h
-inline bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar; }
+inline bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar || law.initial >= 0; }
 
 // law_history : history variables of an integration point: maximum over the materials of the model
 int law_history(const Model& m);
+
+// law_place_initial : sets the index of the initial strain in the history, in all materials that have one
+void law_place_initial(Model& m);
+
+// law_initial : initial strain E [6] at which the stress is S [6], of material at rest without history h
+// [size]; in plane stress with its E33. false: there is none without plastic flow or a crack     (2.44)
+bool law_initial(const MatLaw& law, bool finite, const double* S, const double* h, double* E);
+
+// law_total : adds the initial strain in h to E [6], or takes it away (-1)
+inline void law_total(const MatLaw& law, const double* h, double sign, double* E)
+{
+  for (int k = 0; k < 6 && law.initial >= 0; ++k) E[k] += sign * h[law.initial + k];
+}
 
 // law_update : the law at one strain; in plane stress E33 is computed from S33 = 0, and D is condensed
 // (2.13). Arguments as Law::update, but h_n and h_np1 are the whole history of an integration point, null if

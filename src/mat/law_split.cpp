@@ -52,10 +52,12 @@ bool law_split_step(const MatLaw& law, const KernelMode& mode, const double* E0,
                     const double*, double*, double* S, double* C)
 {
   double start[9], end[9], stress[9], tangent[9];
-  if (law.plane == PLANE_NONE) {
+  if (law.plane == PLANE_NONE || (law.plane == PLANE_STRAIN && law.initial >= 0)) {    // E33 of the start
+    MatLaw space = law;
+    space.plane  = PLANE_NONE;
     full_tensor<3>(E0, start);
     full_tensor<3>(E1, end);
-    split_stress<3>(law, mode, start, end, stress, C);
+    split_stress<3>(space, mode, start, end, stress, C);
     six_components<3>(stress, 0.0, S);
     return true;
   }

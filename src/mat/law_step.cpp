@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Dense>
+
 #include "base/log.h"
 #include "mat/law.h"
 #include "mat/voigt.h"
@@ -14,6 +16,9 @@ const double JUMP        = 1e-9;     // relative to the stress  (no test)
 const double SOFT        = 1e-3;     // relative to mu: least stiffness across the sheet  (no test)
 // (dE/E)^2: below, the mean stress is exact to round-off (2.14), except with plastic flow  (no test)
 const double SAME_STRAIN = 1e-14;
+// relative to the largest component: accuracy of an initial stress (2.44)
+// (test: Law.InitialStrainGivesTheInitialStress)
+const double ROUND_OF_STRESS = 1e-12;
 
 // D of plane stress: without row and column 33                                       (2.13)
 void condense(double* D)
@@ -120,50 +125,21 @@ int history_of(const Law& law)
   return n;
 }
 
-// Law::update with the history of an integration point
+// Law::update with the history of an integration point, at a strain that has its initial part already
 bool update(const Law& l, const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
             bool tangent, LawOutput& out)
 {
   out.dissipated = 0.0;
+  if (law.initial >= 0) std::copy_n(h_n + law.initial, 6, h_np1 + law.initial);
   if (l.history.empty()) return l.update(law, finite, E, nullptr, nullptr, tangent, out);
   if (!l.update(law, finite, E, h_n + HISTORY_OF_LAW, h_np1 + HISTORY_OF_LAW, tangent, out)) return false;
   h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + out.dissipated;
   return true;
 }
 
-}  // namespace
-
-const Law& law_of(const MatLaw& law) { return table[law.kind]; }
-Law& law_other() { return table[LAW_OTHER]; }
-
-int law_field(const Law& law, HistoryUse use)
-{
-  int at = HISTORY_OF_LAW;
-  for (const HistoryField& f : law.history) {
-    if (f.use == use) return at;
-    at += f.size;
-  }
-  return -1;
-}
-
-int law_history(const Model& m)
-{
-  int n = 0;
-  for (const Material& mat : m.material)
-    if (mat.used) n = std::max(n, history_of(law_of(mat_law(mat, PLANE_NONE))));
-  for (const FractureDef& f : m.fracture) {
-    n = std::max(n, history_of(law_of(law_broken(MatLaw(), f, 0.0, MatLaw().N))));
-    if (f.criterion != CRITERION_COHESIVE) continue;
-    n = std::max(n, history_of(table[LAW_COHESIVE]));
-    for (const Material& mat : m.material)
-      if (mat.breaks && law_flows(mat.law)) n = std::max(n, history_of(table[LAW_COHESIVE_FLOW]));
-  }
-  MPFE_CHECK(n <= MAX_HISTORY, "a law has more history variables than MAX_HISTORY (mat/law.h)");
-  return n;
-}
-
-bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, double* h_np1, bool tangent,
-                LawOutput& out)
+// law_update at a strain that has its initial part already
+bool update_total(const MatLaw& law, bool finite, double* E, const double* h_n, double* h_np1, bool tangent,
+                  LawOutput& out)
 {
   const Law& l = law_of(law);
   if (law.plane != PLANE_STRESS) return update(l, law, finite, E, h_n, h_np1, tangent, out);
@@ -190,11 +166,107 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
   return false;
 }
 
+// numbers of an integration point without the initial strain
+int history_of_laws(const Model& m)
+{
+  int n = 0;
+  for (const Material& mat : m.material)
+    if (mat.used) n = std::max(n, history_of(law_of(mat_law(mat, PLANE_NONE))));
+  for (const FractureDef& f : m.fracture) {
+    n = std::max(n, history_of(law_of(law_broken(MatLaw(), f, 0.0, MatLaw().N))));
+    if (f.criterion != CRITERION_COHESIVE) continue;
+    n = std::max(n, history_of(table[LAW_COHESIVE]));
+    for (const Material& mat : m.material)
+      if (mat.breaks && law_flows(mat.law)) n = std::max(n, history_of(table[LAW_COHESIVE_FLOW]));
+  }
+  return n;
+}
+
+}  // namespace
+
+const Law& law_of(const MatLaw& law) { return table[law.kind]; }
+Law& law_other() { return table[LAW_OTHER]; }
+
+int law_field(const Law& law, HistoryUse use)
+{
+  int at = HISTORY_OF_LAW;
+  for (const HistoryField& f : law.history) {
+    if (f.use == use) return at;
+    at += f.size;
+  }
+  return -1;
+}
+
+int law_history(const Model& m)
+{
+  int n = history_of_laws(m);
+  for (const Material& mat : m.material)
+    if (mat.initial >= 0) n = std::max(n, mat.initial + 6);
+  MPFE_CHECK(n <= MAX_HISTORY, "MAX_HISTORY (mat/law.h) is less than a law keeps");
+  return n;
+}
+
+void law_place_initial(Model& m)
+{
+  const int at = std::max(history_of_laws(m), static_cast<int>(HISTORY_OF_LAW));
+  for (Material& mat : m.material)
+    if (mat.prestressed) mat.initial = at;
+}
+
+// ---------------------------------------------------------------------------
+// law_initial : S(E) = S by Newton's method from E = 0; a linear law takes one correction
+// ---------------------------------------------------------------------------
+bool law_initial(const MatLaw& law, bool finite, const double* S, const double* h, double* E)
+{
+  using Mat6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  const bool plane_stress = law.plane == PLANE_STRESS;
+  MatLaw bare  = law;
+  bare.initial = -1;
+  std::fill_n(E, 6, 0.0);
+  double size = 0.0, scratch[MAX_HISTORY] = {0};
+  for (int k = 0; k < 6; ++k) size = std::max(size, std::fabs(S[k]));
+  if (size == 0.0) return true;
+  for (int it = 0; it < MAX_ITERATIONS; ++it) {
+    LawOutput out;
+    if (!law_update(bare, finite, E, h, scratch, true, out) || out.dissipated > 0.0) return false;
+    Eigen::Matrix<double, 6, 1> rest;
+    for (int k = 0; k < 6; ++k) rest[k] = plane_stress && k == 2 ? 0.0 : S[k] - out.S[k];
+    if (!(rest.lpNorm<Eigen::Infinity>() > ROUND_OF_STRESS * size)) break;
+    if (it + 1 == MAX_ITERATIONS) return false;
+    Mat6 D = Eigen::Map<const Mat6>(out.D);
+    if (plane_stress) {
+      D.row(2).setZero();
+      D.col(2).setZero();
+      D(2, 2) = 1.0;
+    }
+    const Eigen::Matrix<double, 6, 1> more = D.partialPivLu().solve(rest);
+    for (int k = 0; k < 6; ++k) E[k] += more[k] * (k < 3 ? 1.0 : 0.5);
+  }
+  return std::all_of(E, E + 6, [](double x) { return std::isfinite(x); });
+}
+
+bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, double* h_np1, bool tangent,
+                LawOutput& out)
+{
+  law_total(law, h_n, 1.0, E);
+  const bool good = update_total(law, finite, E, h_n, h_np1, tangent, out);
+  law_total(law, h_n, -1.0, E);
+  return good;
+}
+
 bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
               const double* h_n, double* h_np1, double* S, double* C)
 {
-  const Law& l = law_of(law);
-  return (l.step ? l.step : law_step_any)(law, mode, E0, E1, h_n, h_np1, S, C);
+  const Law& l    = law_of(law);
+  const auto step = l.step ? l.step : law_step_any;
+  if (law.initial < 0) return step(law, mode, E0, E1, h_n, h_np1, S, C);
+  double start[6], end[6];
+  std::copy_n(E0, 6, start);
+  std::copy_n(E1, 6, end);
+  law_total(law, h_n, 1.0, start);
+  law_total(law, h_n, 1.0, end);
+  std::copy_n(h_n + law.initial, 6, h_np1 + law.initial);
+  return step(law, mode, start, end, h_n, h_np1, S, C);
 }
 
 bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
@@ -203,12 +275,12 @@ bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, c
   LawOutput one, zero;
   double end[6], start[6], scratch[MAX_HISTORY];
   std::copy(E1, E1 + 6, end);
-  if (!law_update(law, mode.finite, end, h_n, h_np1, C != nullptr, one)) return false;
+  if (!update_total(law, mode.finite, end, h_n, h_np1, C != nullptr, one)) return false;
   if (mode.mid) {
     std::copy(E0, E0 + 6, start);
     MatLaw before = law;                               // with the width of this increment
     std::fill_n(before.crack.across, 3, 0.0);
-    if (!law_update(before, mode.finite, start, h_n, scratch, false, zero)) return false;
+    if (!update_total(before, mode.finite, start, h_n, scratch, false, zero)) return false;
     // dissipation as the difference of the history, which the ledger reads
     const bool keeps  = !law_of(law).history.empty();
     const double loss = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;

@@ -20,6 +20,7 @@ MatLaw mat_law(const Material& m, Plane plane)
   law.kind  = m.law;
   law.bar   = plane != PLANE_STRESS && !m.breaks && (law_flows(m.law) || m.poisson >= LOCKING_POISSON);
   law.material = &m;
+  law.initial  = m.initial;
   return law;
 }
 

@@ -57,6 +57,13 @@ std::vector<Member> model_members(const Model& m, const FractureDef& d)
   return all;
 }
 
+bool model_changes(const Model& m)
+{
+  for (const Step& s : m.step)
+    if (!s.change.empty()) return true;
+  return false;
+}
+
 int model_general_contact(const Model& m)
 {
   for (size_t i = 0; i < m.bond.size(); ++i)

@@ -147,6 +147,9 @@ struct Material {
   bool used = false;           // by a section or a body
   bool hyper  = false;         // *HYPERELASTIC
   bool breaks = false;         // elements of it can break
+  // initial strain of elements or points (2.44); its index in the history of an integration point, -1: none
+  bool prestressed = false;
+  int initial = -1;
   Place place;
 };
 
@@ -294,6 +297,14 @@ struct InitialValue {          // *INITIAL CONDITIONS, TYPE=VELOCITY|DISPLACEMEN
   Place place;
 };
 
+struct InitialStress {         // *INITIAL CONDITIONS, TYPE=STRESS
+  IntVec elem;                 // elements, or
+  int body = -1;               // a body
+  int point = -1;              // integration point of the elements, -1: all
+  std::array<Expr, 6> value;   // 11 22 33 12 23 31                               force/length^2
+  Place place;
+};
+
 // ---- fracture --------------------------------------------------------------
 
 enum Criterion { CRITERION_GRIFFITH, CRITERION_ELEMENT, CRITERION_COHESIVE };
@@ -382,6 +393,12 @@ struct BrokenDef {             // pre-cracks: *MODEL CHANGE, REMOVE and *INITIAL
   IntVec elem;
   bool remove = false;
   std::array<double, 3> normal{{0, 0, 0}};
+  Place place;
+};
+
+struct ModelChange {           // *MODEL CHANGE in a step
+  IntVec elem;
+  bool add = false;            // else removed
   Place place;
 };
 
@@ -481,6 +498,7 @@ struct Step {
   std::vector<Prescribed> prescribed;  // all active ones; a node and direction appears once
   std::vector<PrintRequest> print;
   IntVec equation;             // indices into Model::equation, active in this step
+  std::vector<ModelChange> change;     // at the start of the step
   Place place;
   bool explicit_steps() const { return proc == PROC_DYNAMIC && scheme == SCHEME_EXPLICIT; }
   bool bulk() const { return explicit_steps() && (bulk_linear > 0.0 || bulk_quadratic > 0.0); }
@@ -594,6 +612,7 @@ struct Model {
   std::vector<ViscousBoundary> viscous;
   std::vector<BondDef> bond;
   std::vector<InitialValue> initial;
+  std::vector<InitialStress> initial_stress;
   std::vector<FractureDef> fracture;
   std::vector<ConversionDef> conversion;
   std::vector<BrokenDef> broken;
@@ -618,6 +637,9 @@ int model_find_body(const Model& m, const std::string& name);
 // model_members : elements that may break by a definition, with their index in its set; divided model: those
 // on this rank, halo too
 std::vector<Member> model_members(const Model& m, const FractureDef& d);
+
+// model_changes : is there a *MODEL CHANGE in a step?
+bool model_changes(const Model& m);
 
 // model_general_contact : index into Model::bond of *CONTACT, -1 when there is none
 int model_general_contact(const Model& m);

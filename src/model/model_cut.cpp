@@ -448,6 +448,9 @@ ModelLists model_lists_of_all(Model& m)
   for (Step& s : m.step)
     for (Prescribed& b : s.prescribed) l.node.push_back(&b.node);
   for (BrokenDef& b : m.broken) l.elem.push_back(&b.elem);
+  for (InitialStress& s : m.initial_stress) l.elem.push_back(&s.elem);
+  for (Step& s : m.step)
+    for (ModelChange& c : s.change) l.elem.push_back(&c.elem);
   for (FractureDef& f : m.fracture) l.member.push_back(&f.member);
   l.face.push_back(&m.part.skin);
   for (BondDef& d : m.bond)

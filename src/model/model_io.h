@@ -88,9 +88,10 @@ inline void io(Archive& f, Surface& x)
 inline void io(Archive& f, Material& x)
 {
   auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, dilation,
-         hardening, has_elastic, has_damping, used, hyper, breaks, place] = x;
+         hardening, has_elastic, has_damping, used, hyper, breaks, prestressed, initial, place] = x;
   io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain,
-                      friction, dilation, hardening, has_elastic, has_damping, used, hyper, breaks, place);
+                      friction, dilation, hardening, has_elastic, has_damping, used, hyper, breaks,
+                      prestressed, initial, place);
 }
 
 inline void io(Archive& f, Section& x)
@@ -169,6 +170,18 @@ inline void io(Archive& f, InitialValue& x)
 {
   auto& [displacement, node, body, dof, value, place] = x;
   io_fields<InitialValue>(f, displacement, node, body, dof, value, place);
+}
+
+inline void io(Archive& f, InitialStress& x)
+{
+  auto& [elem, body, point, value, place] = x;
+  io_fields<InitialStress>(f, elem, body, point, value, place);
+}
+
+inline void io(Archive& f, ModelChange& x)
+{
+  auto& [elem, add, place] = x;
+  io_fields<ModelChange>(f, elem, add, place);
 }
 
 inline void io(Archive& f, Member& x)
@@ -261,10 +274,11 @@ inline void io(Archive& f, Step& x)
 {
   auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme,
          scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
-         extrapolate, ctl, load, prescribed, print, equation, place] = x;
+         extrapolate, ctl, load, prescribed, print, equation, change, place] = x;
   io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc,
                   scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear,
-                  bulk_quadratic, balance, extrapolate, ctl, load, prescribed, print, equation, place);
+                  bulk_quadratic, balance, extrapolate, ctl, load, prescribed, print, equation, change,
+                  place);
 }
 
 inline void io(Archive& f, HistoryDef& x)
@@ -325,11 +339,11 @@ inline void io(Archive& f, DeckNotes& x)
 inline void io(Archive& f, Model& x)
 {
   auto& [job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section, amplitude,
-         body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation, frame, rigid,
-         step, output, solver, param, hash] = x;
+         body, grid, grid_bc, viscous, bond, initial, initial_stress, fracture, conversion, broken, equation,
+         frame, rigid, step, output, solver, param, hash] = x;
   io_fields<Model>(f, job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section,
-                   amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken,
-                   equation, frame, rigid, step, output, solver, param, hash);
+                   amplitude, body, grid, grid_bc, viscous, bond, initial, initial_stress, fracture,
+                   conversion, broken, equation, frame, rigid, step, output, solver, param, hash);
 }
 
 #endif

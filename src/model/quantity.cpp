@@ -121,6 +121,7 @@ const Quantity quantity_table[] = {
     model("EOVERLAP", [](Now now, int) { return now.s.ledger.overlap; }),
     model("EFREED", [](Now now, int) { return now.s.ledger.released; }),
     model("ESUDDEN", [](Now now, int) { return now.s.ledger.sudden; }),
+    model("EREMOVED", [](Now now, int) { return now.s.ledger.removed; }),
     model("ESTOP", [](Now now, int) { return now.s.ledger.stopped; }),
     model("NFRAG", [](Now now, int) { return now.fragments(); }),
     model("NLOOSE", [](Now now, int) { return double(now.s.frac.nreleased); }),

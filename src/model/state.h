@@ -227,6 +227,7 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double sudden   = 0;         // of loads applied at once
   double stopped  = 0;         // kinetic energy of stopped motion
   double conversion = 0;       // lost by conversion (averages, bonds), so far
+  double removed = 0;          // of elements removed by *MODEL CHANGE in steps, less added ones, so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
   // kinetic + strain + bond + losses (ledger_lost) - total0 - external
   double balance = 0;
@@ -336,6 +337,9 @@ struct State {
   RealVec rf;                  // [nnode*dim] reactions at t(n), 0 at free dofs
   std::vector<ContactLog> contact;   // [Model::bond], of contact pairs
   RealVec grid_rf;             // [Model::grid_bc * dim] sum of the reactions of each grid condition
+  // [nnode*dim] forces on nodes by elements removed at the start of this static step, with their loads, which
+  // decrease to 0 over the step (6.43); else empty
+  RealVec left_by_removed;
   // [nnode*dim] displacement rate of the last increment of this static step; first increment: empty
   RealVec rate;
   Ledger ledger;

@@ -175,10 +175,10 @@ inline void io(Archive& f, Level& x)
 inline void io(Archive& f, Ledger& x)
 {
   auto& [kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous, renewal,
-         overlap, released, sudden, stopped, conversion, total0, balance, scale, rounding, balance0,
+         overlap, released, sudden, stopped, conversion, removed, total0, balance, scale, rounding, balance0,
          external0, step_scale, leap, off, momentum, angular, slip_max, slip_rms] = x;
   io_all(f, kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous, renewal,
-         overlap, released, sudden, stopped, conversion, total0, balance, scale, rounding, balance0,
+         overlap, released, sudden, stopped, conversion, removed, total0, balance, scale, rounding, balance0,
          external0, step_scale, leap, off, momentum, angular, slip_max, slip_rms);
 }
 
@@ -238,15 +238,15 @@ inline void io(Archive& f, GridLaid& x)
 // the same way
 inline void io(Archive& f, State& x)
 {
-  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, laid, division, work,
-         log] = x;
+  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, left_by_removed, rate, ledger, eroded, clock,
+         laid, division, work, log] = x;
   io(f, division);
   io_outline(f, points);
   io(f, frac);
   if (state_takes(f)) state_find_corners(f, x);
   io_outline(f, points, bonds);
-  io_all(f, points, n, bonds, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock, laid,
-         work, log);
+  io_all(f, points, n, bonds, of_nodes(rf), contact, grid_rf, of_nodes(left_by_removed), of_nodes(rate),
+         ledger, eroded, clock, laid, work, log);
   io_point_ranks(f, division);
   if (f.reading) np1 = n;
 }

@@ -226,6 +226,7 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 
 void out_step_begin(const Model& m, int step, Output& out)
 {
+  if (!m.step[step].change.empty()) out.converted = -1;        // items of columns are found again
   step_defaults(out.lst, m, step);
   std::fprintf(
       out.lst,
@@ -299,6 +300,8 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
     std::fprintf(file, "  supports freed  %18.10e   (by *BOUNDARY, OP=NEW)\n", l.released);
   if (l.sudden != 0.0)
     std::fprintf(file, "  sudden loads    %18.10e   (at the start of static steps)\n", l.sudden);
+  if (l.removed != 0.0)
+    std::fprintf(file, "  removed         %18.10e   (elements, by *MODEL CHANGE)\n", l.removed);
   if (l.stopped != 0.0) std::fprintf(file, "  motion stopped  %18.10e   (by static steps)\n", l.stopped);
   std::fprintf(file, "  at the start    %18.10e\n  external work   %18.10e\n", l.total0, l.external);
   std::fprintf(file, "  balance         %18.10e   (%.3e of the largest energy)\n", l.balance,

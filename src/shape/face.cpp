@@ -192,17 +192,18 @@ void add_sample(int nen, const double* x, const double* xi, double w, std::vecto
 std::vector<FaceSample> face_samples(int nen, const double* x, int parts)
 {
   std::vector<FaceSample> out;
-  const FaceRule& rule = face_rule(nen);
+  const int corners = nen == FACE_EDGE3 ? 2 : nen == 6 ? 3 : nen == 8 ? 4 : nen;
+  const FaceRule& rule = face_rule(corners);
   const double h = 1.0 / parts;
-  const int rows = nen == 2 ? 1 : parts;
+  const int rows = corners == 2 ? 1 : parts;
   for (int j = 0; j < rows; ++j)
-    for (int i = 0; i < (nen == 3 ? parts - j : parts); ++i)
+    for (int i = 0; i < (corners == 3 ? parts - j : parts); ++i)
       for (int g = 0; g < rule.n; ++g) {
         double xi[2] = {h * (2 * i + 1 + rule.xi[g][0]) - 1.0,
-                        nen == 2 ? 0.0 : h * (2 * j + 1 + rule.xi[g][1]) - 1.0};
-        if (nen == 3) tri_piece(parts, i, j, false, rule.xi[g], xi);
-        add_sample(nen, x, xi, rule.w[g] * (nen == 2 ? h : h * h), out);
-        if (nen != 3 || i + j + 1 >= parts) continue;
+                        corners == 2 ? 0.0 : h * (2 * j + 1 + rule.xi[g][1]) - 1.0};
+        if (corners == 3) tri_piece(parts, i, j, false, rule.xi[g], xi);
+        add_sample(nen, x, xi, rule.w[g] * (corners == 2 ? h : h * h), out);
+        if (corners != 3 || i + j + 1 >= parts) continue;
         tri_piece(parts, i, j, true, rule.xi[g], xi);
         add_sample(nen, x, xi, rule.w[g] * h * h, out);
       }

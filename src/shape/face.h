@@ -48,13 +48,14 @@ struct FacePoint {
 // A Gauss point inside a face, with its share of the area
 struct FaceSample {
   double xi[2] = {0, 0};
-  double N[4]  = {0, 0, 0, 0};
+  double N[MAX_FACE_NODES] = {0};
   double area  = 0.0;
 };
 
 // face_samples : divides every edge into parts, with Gauss points in each piece (edge: 2 per piece,
 // quadrilateral: 4, triangle: 3), so that constant and linear pressures give the exact nodal forces of the
-// face. x [nen*3] at t = 0. doc/theory.md (4.17)
+// face. nen: face_kind; faces of quadratic elements have the points of the linear face, with their own N.
+// x [nodes*3] at t = 0. doc/theory.md (4.17)
 std::vector<FaceSample> face_samples(int nen, const double* x, int parts);
 
 // face_lattice : parts + 1 points along every edge, corners included. x [nen*3] at t = 0. doc/theory.md (4.5)

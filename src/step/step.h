@@ -194,6 +194,13 @@ int step_open(Problem& p);
 // (test: stress/velocity_on_support.inp, stress/support_begins.inp)
 bool step_supports(const Model& m, int k, double time, RealVec& v);
 
+// step_initial_stress : initial strains of integration points, from *INITIAL CONDITIONS, TYPE=STRESS; returns
+// the number of errors                                                                            (2.44)
+int step_initial_stress(Problem& p);
+
+// step_change : elements that step k, which begins, removes and adds. Collective.                 (6.43)
+void step_change(Problem& p, int k);
+
 // step_prepare : active grid, rows, pattern and mass of the next increment, once for all attempts
 Failure step_prepare(Problem& p, const Step& s);
 

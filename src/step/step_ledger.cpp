@@ -113,7 +113,7 @@ double stiffness_energy(const Model& m, const Elements& el, const Dofs& dofs, co
 double ledger_lost(const Ledger& g)
 {
   return g.plastic + g.friction + g.fracture + g.cohesive + g.ghost + g.viscous + g.renewal + g.overlap +
-         g.released + g.sudden + g.stopped + g.conversion;
+         g.released + g.sudden + g.stopped + g.conversion + g.removed;
 }
 
 void ledger_begin_step(Ledger& g)

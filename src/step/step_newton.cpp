@@ -53,11 +53,11 @@ void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* 
   }
 }
 
-// fint, fext and M du; on several ranks in one message
+// fint, M du, on several ranks in one message; fext of loads that follow the body
 Failure form_forces(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 {
   const Dofs& s    = p.dofs;
-  const bool loads = !a.arc.on && (a.fext.empty() || assem_has_followers(a.step));
+  const bool loads = !a.arc.on && assem_has_followers(a.step);
   if (a.cM != 0.0) mass_part(s, du, b.Mdu);
   const Failure failure =
       assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, a.cM != 0.0 ? &b.Mdu : nullptr);
@@ -381,7 +381,10 @@ Failure step_newton(Problem& p, Attempt& a)
   a.mode.crack = a.arc.on ? CRACK_ONWARD : CRACK_TANGENT;
   // 1. predictor or guess
   double guessed  = 0.0;       // energy of the guess
-  Failure failure = begin_at_predictor(p, a, b);
+  Failure failure;
+  if (!a.arc.on && !assem_has_followers(a.step))
+    failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
+  if (failure.ok()) failure = begin_at_predictor(p, a, b);
   if (failure.ok() && a.guesses) failure = begin_at_guess(p, a, b, guessed);
   if (!failure.ok()) return failure;
   l.energy = std::sqrt(guessed);

@@ -231,7 +231,7 @@ int step_open(Problem& p)
   if (errors) return errors;
   elem_scatter(m, p.d.fm.gc, p.d.el);
   frac_begin(m, p.d.fm, st.frac, st.n);
-  if (p.d.fm.on) p.d.el.frac = &st.frac;
+  if (!st.frac.empty()) p.d.el.frac = &st.frac;
   elem_refresh(p.d.el);
   errors = point_fill(m, st.points);
   if (errors) return errors;
@@ -251,7 +251,7 @@ int step_open(Problem& p)
   st.n.he.assign(static_cast<size_t>(p.d.el.gauss_of.back()) * p.d.el.history, 0.0);
   st.n.hp.assign(static_cast<size_t>(st.points.npoint) * p.d.point_law.history, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
-  errors = start_values(m, st);
+  errors = start_values(m, st) + step_initial_stress(p);
   point_copy_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
   rigid_start(m, st.n.u, st.n.v);
   start_ties(m, st.n);

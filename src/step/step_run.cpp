@@ -630,6 +630,7 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
     if (from == RUN_BEGIN || from == RUN_FILE || k > first) out_step_begin(p.m, static_cast<int>(k), out);
     if (from == RUN_BEGIN || k > first) {
       begin_step(p.m.step[k], p.st);
+      step_change(p, static_cast<int>(k));
       begin_supports(p, static_cast<int>(k));
       step_warn_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
     }

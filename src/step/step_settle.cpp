@@ -13,6 +13,10 @@ RealVec load_jump(Problem& p, const Attempt& a)
     const Step& last = p.m.step[number - 2];
     if (!assem_loads(p.m, p.d, p.dofs, p.st, last, {last.period, a.total0, 1.0}, p.warned, before).ok())
       before = a.fext0;
+    if (!p.st.left_by_removed.empty()) {             // stand for forces of before
+      const RealVec left = dof_of_nodes(p.dofs, p.st.left_by_removed);
+      for (size_t i = 0; i < before.size(); ++i) before[i] += left[i];
+    }
     for (size_t i = 0; i < jump.size(); ++i) jump[i] -= before[i];
   }
   tie_force(p.dofs, jump);
@@ -25,6 +29,8 @@ double* other_cause(Problem& p)
   Ledger& g        = p.st.ledger;
   const int number = p.st.log.step;
   const bool first = p.st.log.inc == 1;
+  const bool stressed = number == 1 && !p.m.initial_stress.empty();
+  if (first && (stressed || !p.m.step[number - 1].change.empty())) return &g.sudden;
   if (first && number == 1) return &g.overlap;       // no stress yet: contact
   if (first && p.m.step[number - 2].proc == PROC_DYNAMIC) return &g.stopped;
   return p.d.grid.of_all.nodes > 0 ? &g.renewal : nullptr;

@@ -8,7 +8,9 @@
 #include "base/box_tree.h"
 #include "bond/bond.h"
 #include "contact/contact.h"
+#include "contact/contact_meet.h"
 #include "contact/contact_scene.h"
+#include "shape/face.h"
 
 namespace {
 
@@ -201,7 +203,7 @@ TEST(Contact, NoPlaceFarFromADistortedFaceMeetsIt)
   for (int k = 0; k < 20000; ++k) {
     const double X[8] = {-1, -1, 1, -1, 1, 1, -1, 1};
     MasterFace f;
-    f.n = 4;
+    f.n = f.all = f.kind = 4;
     f.size = 2.0;
     for (int n = 0; n < 4; ++n)
       for (int i = 0; i < 3; ++i) {
@@ -255,7 +257,7 @@ TEST(Contact, TheNearestPlaceOfAFaceIsTheNearest)
   for (int k = 0; k < 4000; ++k) {
     const double X[2][8] = {{-1, -1, 1, -1, 0, 1}, {-1, -1, 1, -1, 1, 1, -1, 1}};
     MasterFace f;
-    f.n    = 3 + k % 2;
+    f.n = f.all = f.kind = 3 + k % 2;
     f.size = 3.0;
     for (int n = 0; n < f.n; ++n)
       for (int i = 0; i < 3; ++i)
@@ -272,6 +274,38 @@ TEST(Contact, TheNearestPlaceOfAFaceIsTheNearest)
       for (int i = 0; i < 3; ++i) EXPECT_NEAR(hit.r[i], other.r[i], 1e-12);
       for (int n = 0; n < f.n; ++n) EXPECT_NEAR(hit.N[(n + turn) % f.n], other.N[n], 1e-10);
     }
+  }
+}
+
+// on bent faces of quadratic elements the vector to the point is square to the face, and a point of the face
+// itself is found
+TEST(Contact, TheProjectionOnABentFaceIsSquareToIt)
+{
+  Random random(5);
+  const double X[2][16] = {{0, 0, 1, 0, 0, 1, 0.5, 0, 0.5, 0.5, 0, 0.5},
+                           {-1, -1, 1, -1, 1, 1, -1, 1, 0, -1, 1, 0, 0, 1, -1, 0}};
+  for (int k = 0; k < 400; ++k) {
+    MasterFace f;
+    f.n    = 3 + k % 2;
+    f.all  = f.kind = 2 * f.n;
+    f.size = 2.0;
+    for (int n = 0; n < f.all; ++n)
+      for (int i = 0; i < 3; ++i)
+        f.x[3 * n + i] = (i < 2 ? X[f.n - 3][2 * n + i] : 0.0) + number(random, -0.05, 0.05);
+    const double xi[2] = {number(random, 0.2, 0.4), number(random, 0.2, 0.4)};
+    double N[MAX_FACE_NODES], dN[2 * MAX_FACE_NODES], n[3], p[3];
+    const double norm = face_area(f.kind, f.x, xi, n), up = number(random, -0.2, 0.2);
+    face_eval(f.kind, xi, N, dN);
+    for (int i = 0; i < 3; ++i) {
+      p[i] = up * n[i] / norm;
+      for (int a = 0; a < f.all; ++a) p[i] += N[a] * f.x[3 * a + i];
+    }
+    Hit hit;
+    bool over;
+    contact_nearest(f, p, over, hit);
+    EXPECT_TRUE(over);
+    EXPECT_NEAR(hit.gap, up, 1e-10);
+    for (int a = 0; a < f.all; ++a) EXPECT_NEAR(hit.N[a], N[a], 1e-9);
   }
 }
 

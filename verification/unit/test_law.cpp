@@ -364,3 +364,46 @@ TEST(Law, GranularTangentIsTheSymmetricPartAndStepsStoreAndDissipateTheWork)
       EXPECT_NEAR(one.psi - zero.psi + gone, six_dot(S, E1), 1e-13);
     }
 }
+
+// the strain at which a law has a given stress; with it in the history the law has this stress at rest, its
+// step stores the work, and rotations change nothing                                            (2.44)
+TEST(Law, InitialStrainGivesTheInitialStress)
+{
+  std::mt19937 gen(8);
+  for (LawKind kind : kinds)
+    for (Plane plane : planes)
+      for (bool finite : {false, true}) {
+        Material m = sample(kind);
+        const double S[6] = {0.3, -0.2, plane == PLANE_STRESS ? 0.0 : 0.1, 0.15,
+                             plane == PLANE_NONE ? 0.1 : 0.0, plane == PLANE_NONE ? -0.05 : 0.0};
+        m.initial = MAX_HISTORY - 6;
+        const MatLaw law = mat_law(m, plane);
+        double h[MAX_HISTORY] = {0}, h1[MAX_HISTORY] = {0}, E0[6] = {0}, E1[6], E[6], out[6];
+        ASSERT_TRUE(law_initial(law, finite, S, h, h + law.initial));
+        LawOutput at, end;
+        std::copy_n(E0, 6, E);
+        ASSERT_TRUE(law_update(law, finite, E, h, h1, true, at));
+        for (int k = 0; k < 6; ++k) {
+          EXPECT_NEAR(S[k], at.S[k], 1e-11) << kind << plane << finite << k;
+          EXPECT_NEAR(0.0, E[k], 1e-14);
+          EXPECT_EQ(h[law.initial + k], h1[law.initial + k]);
+        }
+        random_strain(gen, 1e-3, plane, E1);
+        KernelMode mode;
+        mode.finite = finite;
+        mode.mid    = true;
+        mode.s_new = mode.s_old = 0.5;
+        ASSERT_TRUE(law_step(law, mode, E0, E1, h, h1, out, nullptr));
+        std::copy_n(E1, 6, E);
+        double scratch[MAX_HISTORY] = {0};
+        ASSERT_TRUE(law_update(law, finite, E, h, scratch, false, end));
+        const double gone = law_of(law).history.empty() ? 0.0 : h1[HISTORY_DISSIPATED];
+        double d[6];
+        for (int k = 0; k < 6; ++k) d[k] = plane == PLANE_STRESS && k == 2 ? 0.0 : E1[k];
+        EXPECT_NEAR(end.psi + gone - at.psi, six_dot(out, d), 1e-13);
+      }
+  Material weak = sample(LAW_J2);                       // yields at 1
+  const double much[6] = {5.0, 0, 0, 0, 0, 0}, none[MAX_HISTORY] = {0};
+  double E[6];
+  EXPECT_FALSE(law_initial(mat_law(weak, PLANE_NONE), true, much, none, E));
+}
