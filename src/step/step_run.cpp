@@ -427,6 +427,7 @@ void discard_grid(Problem& p, const Output& out)
   p.newton.grid = GridVelocity();
   p.stable.step = 0;
   p.stable.found.step = -1;
+  p.stable.before.clear();
 }
 
 // ---------------------------------------------------------------------------
