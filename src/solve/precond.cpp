@@ -10,7 +10,7 @@
 namespace {
 
 // relative to the diagonal of A; below, the incomplete factor is useless
-// (test: Divided.BorderWantsALargerDiagonal)
+// (test: Krylov.CholeskyOfAChainIsExact)
 const double LEAST_PIVOT   = 1e-6;
 // relative to the diagonal, if a pivot is not positive; then increased by factors of ten
 // (test: Divided.BorderWantsALargerDiagonal)

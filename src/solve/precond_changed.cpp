@@ -21,7 +21,9 @@ namespace {
 // relative to the stiffness of its elements: a block with a larger difference belongs to the set
 // (test: Krylov.ChangedRowsAreExactToSinglePrecision)
 const double CHANGED    = 0.01;
-const size_t MAX_CHANGED = 300;      // unknowns of the set, whose dense matrix costs their cube
+// unknowns of the set, whose dense matrix costs their cube
+// (test: Krylov.ChangedRowsAreExactToSinglePrecision)
+const size_t MAX_CHANGED = 300;
 // relative to a unit diagonal: rows of the grid may have no stiffness of their own  (no test)
 const double SHIFT      = 1e-14;
 

@@ -15,10 +15,10 @@ namespace {
 
 const double BLAS_BUFFER = 150.0;    // MB, which BLAS takes beside the factors  (no test)
 // operations of a skyline factorisation, half a millisecond; MUMPS has an overhead of a quarter millisecond
-// (no test)
+// (test: Solve.SmallAndIndefinite)
 const double MAX_SKYLINE_FLOPS = 2e6;
 // equations of a 2D problem from which on CHOLMOD is faster than MUMPS: 0.73 of its time, contact with 1060
-// (no test)
+// (test: Solve.Cholmod)
 const int CHOLMOD_FROM = 200;
 
 #ifdef MPFE_MUMPS

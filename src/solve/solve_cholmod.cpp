@@ -41,7 +41,7 @@ ChmData::~ChmData()
 
 namespace {
 
-// right-hand sides solved together: more are no cheaper  (test: Solve.Cholmod)
+// right-hand sides solved together: more are no cheaper; time only  (no test)
 const int TOGETHER = 16;
 
 // CHOLMOD starts four OpenMP threads in each supernode, whatever the user has set; they make the

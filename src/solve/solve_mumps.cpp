@@ -40,7 +40,7 @@ enum Order { ORDER_GIVEN = 1, ORDER_AMF = 2, ORDER_CHOOSE = 7 };      // ICNTL(7
 // percent of workspace above the estimate of MUMPS: at first, and after doublings  (no test)
 const int RELAX         = 20;
 const int RELAX_MOST    = 640;
-// relative to the norm of A scaled to unit diagonal  (test: Solve.NullPivotsAreFixed, Solve.SoftBesideStiff)
+// relative to the norm of A scaled to unit diagonal  (test: Solve.NullPivotsAreFixed, Solve.SingularIsTold)
 const double NULL_PIVOT = 1e-12;
 
 // numbering as in the manual of MUMPS

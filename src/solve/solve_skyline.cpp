@@ -9,7 +9,7 @@ namespace {
 
 // as ZERO_PIVOT, where a zero pivot is no error. In G3 pivots of free motions are up to 7e-12, all others
 // above 1e-6; a missed one causes a spurious motion, a false one costs an iteration
-// (test: contact/g3_walls_skyline.inp)
+// (test: Solve.NullPivotsAreFixed)
 const double NO_ERROR = 1e-10;
 const double FIXED = 1e200;         // pivot of an unknown that is fixed
 

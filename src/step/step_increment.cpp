@@ -12,9 +12,9 @@ namespace {
 // (test: Increment.PointsThatEnterTooDeep)
 const double MAX_INCREASE = 0.25, MAX_DEPTH = 0.45;
 // Contacts that close raise the residual for an iteration; full corrections find the set of closed ones
-// (test: contact/friction_push.inp)
+// (no test)
 const int PATIENCE = 2;
-// Cohesive cracks: factor of the maximum number of iterations  (test: strength/l_panel.inp)
+// Cohesive cracks: factor of the maximum number of iterations; with fewer increments are cut  (no test)
 const int OPENING_ITERATIONS = 20;
 
 // augmented Lagrange: the bond force becomes the multiplier (4.6), as does the contact pressure (4.15).

@@ -15,9 +15,9 @@ const double ACCEPT = 3e-9;
 // which tangents are factorised (theory 8.3)  (no test)
 const double FIRST_REDUCTION = 1e-6;
 const int SLOW_ITERATIONS = 8;
-// predicted residual, relative to the tolerance, to reuse a tangent (8.11)  (test: patch/a2_spin_fem.inp)
+// predicted residual, relative to the tolerance, to reuse a tangent (8.11)  (no test)
 const double REUSE_PART   = 0.1;
-// relative residual with slip  (test: contact/friction_punch.inp)
+// relative residual with slip  (no test)
 const double SLIP_TOL     = 1e-6;
 // relative residual of each solution with the symmetric matrix, digits of all of them together: time only
 // (no test)

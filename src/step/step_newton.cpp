@@ -6,7 +6,8 @@
 
 namespace {
 
-// Max. bisections of a correction that inverts an element; with fewer the increment is cut  (no test)
+// Max. bisections of a correction that inverts an element; with fewer the increment is cut
+// (test: Half.ResidualOfAnOscillator)
 const int MAX_BISECTIONS = 6;
 // Line search: max. trials; more with fracture, since broken material kinks the line (P7). Ratio to |g(0)|
 // below which no search is needed (6.6); smallest part of the correction, or of the bracket. A1 misses its
@@ -16,7 +17,7 @@ const double SEARCH_TOL = 0.8;
 const double MIN_PART = 0.1;
 
 // With displacement loading alone there is no force scale at free dofs, and conjugate gradients stop above
-// round-off. A residual above this part of the one before stalls  (test: contact/g1_compare)
+// round-off. A residual above this part of the one before stalls  (no test)
 const double STALL_RATIO = 0.5;
 
 // residual and its scales                                                           (6.3)
@@ -316,10 +317,10 @@ double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
 struct Descent {
   int left = 0, next = 4;      // iterations with the secant: left, next time
 };
-// reduction of the residual to accept the tangent  (test: strength/l_panel.inp)
+// reduction of the residual to accept the tangent  (no test)
 const double FALL_RATIO = 0.7;
 // factor of the secant correction: the energy falls below 2. C3 with h = 10 converges with it, not with 1 or
-// Anderson's method  (test: strength/l_panel.inp)
+// Anderson's method  (test: strength/l_panel.inp), with h=10
 const double RELAXATION = 1.8;
 
 //   in   before   residual of the last iteration; 0: supports have moved since
