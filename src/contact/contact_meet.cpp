@@ -17,7 +17,7 @@ const double RIM2    = 1e-4;
 // beside it by less than the size, so that its energy is recovered  (test: contact/g3_glance.inp)
 const double HELD2   = 1.0;
 // Round-off of a gap, relative to the size of the face, and to its coordinates. Smaller gaps of either sign
-// are equal  (test: Contact.RoundingIsNoPenetration)
+// are equal. Each alone is enough for Contact.RoundingIsNoPenetration  (no test)
 const double ROUNDING = 1e-12, DIGITS = 8.0 * std::numeric_limits<double>::epsilon();
 
 double largest_coordinate(const MasterFace& f)

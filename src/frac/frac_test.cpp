@@ -21,12 +21,16 @@ const double TIME_STEPS = 1e6;
 // A crack kinks if the kink releases more by this factor: at a notch, with known direction, than straight
 // growth; for a grown crack, than |J|. Up to K_II/K_I = 0.4, |J| has the direction of a kink. Staircases of
 // the mesh have less gain, although they appear as shear, as do waves in dynamics (A14)
-// (test: fracture/kink_inclined.inp, fracture/a10_sweep, paper/p7_compare)
-const double KINK_GAIN = 1.05, KINK_GAIN_GROWN = 1.15, KINK_GAIN_MOTION = 1.15;
+// (test: fracture/kink_inclined.inp)
+const double KINK_GAIN = 1.05;
+// (test: paper/p7_compare)
+const double KINK_GAIN_GROWN = 1.15;
+// (test: fracture/kink_motion.inp)
+const double KINK_GAIN_MOTION = 1.15;
 // relative difference of ranks of a symmetric pair, by the tolerance of Newton's method  (no test)
 const double RANK_TOL = 1e-3;
 // elements of a 3D front within this difference break together: |J| varies by it along a straight front.
-// (test: fracture/a10_strip_3d.inp, fracture/crack_penny.inp)
+// (test: fracture/interface_3d.inp)
 const double FRONT_TOL = 0.03;
 // cosine between the directions to two opposite broken neighbours, 120 degrees  (no test)
 const double OPPOSITE_COS = -0.5;
@@ -266,7 +270,7 @@ bool may_start(Scan& s, int e)
 }
 
 // cosine of the directions of a crack in the ball and in half of it, 20 degrees; below: bent.
-// (test: fracture/k2_kinks, fracture/a10_sweep)
+// (test: fracture/kink_inclined.inp)
 const double BENT_COS = 0.94;
 
 // the order: J along the direction from the broken elements of the ball, so that the path does not follow
@@ -337,7 +341,7 @@ bool near_crack(const Scan& s, int e)
 
 // ---- candidates
 
-// in element sizes: length of a kink (theory 7.1)  (test: fracture/k2_kinks)
+// in element sizes: length of a kink (theory 7.1)  (no test)
 const double KINK_LENGTH = 3.0;
 // cosine between the direction from a crack into an element and the direction, or plane, of the crack; below,
 // or with a centre further off the plane (in element sizes), the element is beside the crack, and its

@@ -9,10 +9,10 @@
 namespace {
 
 // cosine of the directions of a crack in the ball and in half of it, 3 degrees; below: not straight
-// (test: fracture/k2_kinks)
+// (test: fracture/kink_inclined.inp)
 const double STRAIGHT_COS = 0.9986;
 // cosine between the crack and the direction into an element at its end; below: beside the crack
-// (test: fracture/k2_kinks)
+// (test: fracture/kink_inclined.inp)
 const double AHEAD_COS = 0.7;
 // in element sizes: distance from the end of the crack to the centre of the cracked elements in the ball;
 // below: too short for a direction (three elements of a row: 1.5)  (no test)

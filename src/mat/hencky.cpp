@@ -10,7 +10,7 @@ using Mat3 = Eigen::Matrix3d;
 using Vec3 = Eigen::Vector3d;
 
 // relative difference of squares of stretches, below which the limit is taken (2.28): the quotient has lost
-// half of its digits  (test: Law.PlasticUniaxialStressFollowsTheTableInLogarithmicStrain)
+// half of its digits  (no test)
 const double EQUAL_STRETCH = 1e-6;
 
 Mat3 tensor(const double* a)

@@ -20,8 +20,7 @@ const double OPENING_STEP = 0.2;
 // Excess of an uncracked element over its extension at the strength, relative to it: with more, elements
 // beside it would open as well  (test: C2)
 const double STRENGTH_EXCESS = 0.002;
-// The step ends at this load, relative to the largest; what is left of Gc is its square (strength/snap.inp)
-// (test: strength/snap_back)
+// The step ends at this load, relative to the largest  (no test)
 const double END_LOAD = 0.02;
 // Tolerance of the displacement of the set at the end, relative to it: error of Newton's method  (no test)
 const double SET_TOL = 1e-6;

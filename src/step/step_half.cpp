@@ -9,7 +9,7 @@ namespace {
 
 // Lower bounds of the limit of the residual: this part of the force that would stop the fastest mass within
 // the increment, and this multiple of the residual of Newton's method. In free flight only round-off remains.
-// Increments grow there  (test: analytic/impact_bar.inp)
+// (no test)
 const double MOMENTUM_PART = 1e-8, NEWTON_FACTOR = 10.0;
 
 // A cut aims at the limit with the factor of Abaqus, in quarters of the increment, so that round-off does not

@@ -92,7 +92,7 @@ void add_points(const Points& pts, const RealVec& mom, const Level& l, Ledger& g
 }
 
 // Strain of the size of round-off: coordinates have 16 digits, and the element size is a hundredth of them
-// (test: stress/balance_nothing.inp)
+// (no test)
 const double ROUNDING = 1e-14;
 
 // sum of E V over elements and points, of all ranks                                 energy

@@ -7,7 +7,7 @@
 
 namespace {
 
-// Max. number of vectors  (test: contact/friction_punch.inp)
+// Max. number of vectors; a solution that needs more leaves a larger residual  (no test)
 const int MAX_VECTORS = 60;
 // rest of a linearly dependent vector, relative to the right-hand side  (no test)
 const double DEPENDENT = 1e-14;

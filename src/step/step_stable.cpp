@@ -196,7 +196,7 @@ double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
 }
 
 // Max. square of the contact frequency with default penalties, relative to that of the elements; the
-// increment decreases by sqrt(1 + CONTACT_PART)  (test: contact/g3_explicit.inp, contact/g2_explicit.inp)
+// increment decreases by sqrt(1 + CONTACT_PART)  (test: contact/g2_explicit.inp)
 const double CONTACT_PART = 0.5;
 
 // limits the penalties of contact points that do not push, so that the increment need not follow them
