@@ -330,7 +330,7 @@ const double SEARCH_MOVE = 0.02;
 
 // Factor of the depth from which the contact pressure grows, in explicit steps: otherwise a point that
 // penetrates so far in one increment would be rejected faster than is stable
-// (test: contact/g3_explicit.inp)
+// (test: contact/g2_explicit.inp)
 const double DEPTH_FACTOR = 4.0;
 
 double largest_change(const RealVec& a, const RealVec& b)
