@@ -30,15 +30,16 @@ Status form(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode
   return STATUS_OK;
 }
 
-// mean normal of the cracks with cohesion that have begun to open at the n points of an element, 0: none  [3]
+// mean normal of the cohesive cracks at the n points of an element, weighted by their openings; 0: none  [3]
 void mean_normal(const MatLaw& law, const HistoryStep* h, int n, double* mean)
 {
   std::fill_n(mean, 3, 0.0);
   for (int g = 0; g < n; ++g) {
     const double* N = crack_normal(law, h[g].n);
-    if (crack_opening(law, h[g].n) == 0.0) continue;
-    const double sign = N[0] * mean[0] + N[1] * mean[1] + N[2] * mean[2] < 0.0 ? -1.0 : 1.0;
-    for (int i = 0; i < 3; ++i) mean[i] += sign * N[i];
+    const double opening = crack_opening(law, h[g].n);
+    if (opening == 0.0) continue;
+    const double k = N[0] * mean[0] + N[1] * mean[1] + N[2] * mean[2] < 0.0 ? -opening : opening;
+    for (int i = 0; i < 3; ++i) mean[i] += k * N[i];
   }
   const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
   for (int i = 0; i < 3 && length > 0.0; ++i) mean[i] /= length;
