@@ -1,4 +1,7 @@
+#include "deck/card.h"
 #include "deck/deck_state.h"
+
+void kw_parameter(Card&, Model&);
 
 namespace {
 
@@ -26,11 +29,14 @@ bool grid_is_solid(Deck& scout)
 
 // ---------------------------------------------------------------------------
 // deck_dimension : 3 when the deck has elements C3D... or a *GRID with a box of six numbers, else 2.
-// Scans the keyword lines before the cards are read; errors are left to the readers.
+// Scans the keyword lines before the cards are read, with the parameters that names of *INCLUDE need; errors
+// are left to the readers.
 // ---------------------------------------------------------------------------
-int deck_dimension(const std::string& path)
+int deck_dimension(const Deck& d, const std::string& path)
 {
   Deck scout;
+  Model none;
+  scout.params = d.params;
   bool keyword = false;
   if (!deck_open(scout, path, nullptr)) return 2;
   while (deck_peek(scout, keyword)) {
@@ -38,8 +44,11 @@ int deck_dimension(const std::string& path)
       ++scout.reading.back().line;
       continue;
     }
-    Head head;
-    deck_head(scout, head);
+    Card card;
+    card.deck = &scout;
+    deck_head(scout, card.head);
+    const Head& head = card.head;
+    if (head.word == "PARAMETER") kw_parameter(card, none);
     if (head_is_solid(head) || (head.word == "GRID" && grid_is_solid(scout))) return 3;
   }
   return 2;

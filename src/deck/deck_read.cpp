@@ -206,8 +206,8 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
               Model& m)
 {
   if (!deck_open(d, path, nullptr)) return;
-  m.dim = deck_dimension(path);
   set_defines(d, defines);
+  m.dim = deck_dimension(d, path);
   read_cards(d, m);
   absent_report(d);
   deck_run_later(d, m, STAGE_STEP);

@@ -246,7 +246,7 @@ bool deck_function_of_t(Deck& d, const Field& at, const std::string& text, Expr&
 std::string deck_parameter_name_fault(const std::string& name);   // "" when the name is allowed
 
 // ---- two or three dimensions (deck_dimension.cpp) --------------------------
-int deck_dimension(const std::string& path);               // scans the whole deck before it is read
+int deck_dimension(const Deck& d, const std::string& path);     // scans the whole deck before it is read
 bool deck_same_dimension(Deck& d, const Field& at, const std::string& what, int dim);
 
 // ---- mesh, sets, targets (deck_mesh.cpp) -----------------------------------
