@@ -88,7 +88,7 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
 std::vector<IntVec> frac_around(const Model& m, const IntVec& rank, int ranks, int rows);
 
 // rows of halo elements: whether corners of a converted element hang on nodes depends on the elements at its
-// nodes, and on whether their nodes have an element  (7.14)  (test: stress/divided)
+// nodes, and on whether their nodes have an element  (7.14)  (test: ranks/compare)
 const int FRAC_ROWS = 2;
 
 // frac_other_material : are the energies of two elements with a section at equal strain different?

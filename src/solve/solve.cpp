@@ -213,7 +213,7 @@ bool solve_same_pattern(const Solver& s, const SysMatrix& A)
 {
   const SolverData& d = *s.data;
   // compare the shared rows too: a contact with another face may give the same pattern on other nodes
-  // (test: stress/s6_ranks), contact/g2_edges.inp on two ranks
+  // (test: ranks/compare), contact/g2_edges.inp on two ranks
   const bool rows = d.pattern.halo.common == A.halo.common && d.pattern.halo.owner == A.halo.owner;
   const bool same = d.pattern.dim == A.dim && d.pattern.off == A.off && d.pattern.col == A.col &&
       (!sys_shared(A) || rows);

@@ -11,7 +11,7 @@ namespace {
 // Increments lost to uneven work before a repartitioning, which costs one or two. Measured:
 // doc/benchmarks.md, "What two ranks lose"  (no test)
 const double MAX_LOST = 1.5;
-// with MPFE_DIVIDE=1: sooner, and for the imbalance of the first division too  (test: stress/divided)
+// with MPFE_DIVIDE=1: sooner, and for the imbalance of the first division too  (test: ranks/compare)
 const double MAX_LOST_TESTS = 0.25;
 
 bool sooner()
