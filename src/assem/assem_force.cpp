@@ -69,7 +69,7 @@ Failure check_ground(const Model& m, const Bonds& bonds, int b, const double* g,
   const BondDef& d = m.bond[bonds.def[b]];
   for (int i = 0; i < m.dim; ++i) {
     if (std::isfinite(g[i])) continue;
-    return {BAD_VALUE, value_text(m, "BOND", d.place, d.motion[i], d.amplitude,
+    return {BAD_VALUE, value_text(m, "BOND", d.deck_line, d.motion[i], d.amplitude,
                                   "the ground of bond " + d.name, &bonds.X[3 * b], time)};
   }
   return STATUS_OK;
@@ -351,7 +351,7 @@ inline Failure value_here(const Model& m, const Step& step, const Load& l, const
   value = load_value(m, step, l, X, at.step, at.total);
   if (std::isfinite(value)) return STATUS_OK;
   const double time = l.hold < 0.0 ? at.total : l.hold;
-  return {BAD_VALUE, value_text(m, l.keyword.c_str(), l.place, l.value, l.amplitude, name(), X, time)};
+  return {BAD_VALUE, value_text(m, l.keyword.c_str(), l.deck_line, l.value, l.amplitude, name(), X, time)};
 }
 
 // the face q, of an element or a point (body), in the user's terms
@@ -498,7 +498,7 @@ Failure node_loads(const Model& m, const IntVec& follow, const Step& step, const
     if (c >= 0) fc[c * m.dim + l.dof] += value;
     else fn[n * m.dim + l.dof] += value;
     if (c == FOLLOW_NONE)
-      warn_once(warned, m.mesh, l.keyword.c_str(), l.place, n, at.total,
+      warn_once(warned, m.mesh, l.keyword.c_str(), l.deck_line, n, at.total,
                 "its last element is gone and no corner of a point lies there; the load has ended");
   }
   return STATUS_OK;

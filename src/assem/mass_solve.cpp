@@ -596,7 +596,7 @@ namespace {
 // Masters of ties, where masses are lumped and the rank is alone: they alone depend on one another
 struct TiedMasses {
   IntVec dof;                  // of each master
-  IntVec at;                   // [Ties::master.item] its place in dof
+  IntVec at;                   // [Ties::master.item] its index in dof
   RealVec mass, diag;          // [dof] its own; with what its dependent dofs bring
 };
 

@@ -277,7 +277,7 @@ void warn_thickness(const BondBuilder& f, const FaceNodes& face)
   const BondDef& d = f.m.bond[f.def];
   if (d.body < 0 || f.m.dim == 3 || face.thickness == f.m.body[d.body].thickness) return;
   log_warn("bond %s (%s line %d): the elements are %g thick, the body %s is %g thick", d.name.c_str(),
-           d.place.file.c_str(), d.place.line, face.thickness, f.m.body[d.body].name.c_str(),
+           d.deck_line.file.c_str(), d.deck_line.line, face.thickness, f.m.body[d.body].name.c_str(),
            f.m.body[d.body].thickness);
 }
 
@@ -348,8 +348,8 @@ int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first
       if (t > -1e-9 && t < g.n[i] + 1e-9) continue;
       log_error("bond %s (%s line %d): its point (%g, %g) on surface %s lies outside the grid: enlarge "
                 "*GRID, or use another surface",
-                d.name.c_str(), d.place.file.c_str(), d.place.line, bonds.X[3 * b], bonds.X[3 * b + 1],
-                m.surface[d.surface].name.c_str());
+                d.name.c_str(), d.deck_line.file.c_str(), d.deck_line.line, bonds.X[3 * b],
+                bonds.X[3 * b + 1], m.surface[d.surface].name.c_str());
       return 1;
     }
   return 0;
@@ -383,7 +383,7 @@ void warn_same_way(const Model& m, const Points& pts, const BondDef& d)
     log_warn("contact %s (%s line %d): the surfaces %s and %s face the same way and cannot meet unless a "
              "body turns round; is one of them "
              "the wrong side?",
-             d.name.c_str(), d.place.file.c_str(), d.place.line, m.surface[d.surface].name.c_str(),
+             d.name.c_str(), d.deck_line.file.c_str(), d.deck_line.line, m.surface[d.surface].name.c_str(),
              m.surface[d.contact.master].name.c_str());
 }
 
@@ -429,8 +429,8 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     const int made = bonds.nbond - first;
     if ((m.part.on ? comm_allreduce_max(made) : made) == 0) {
       log_error("%s %s (%s line %d): its surface %s holds no face",
-                def.kind == BOND_CONTACT ? "contact" : "bond", def.name.c_str(), def.place.file.c_str(),
-                def.place.line, s.name.c_str());
+                def.kind == BOND_CONTACT ? "contact" : "bond", def.name.c_str(), def.deck_line.file.c_str(),
+                def.deck_line.line, s.name.c_str());
       ++errors;
     }
     if (def.kind == BOND_CONTACT) warn_same_way(m, pts, def);

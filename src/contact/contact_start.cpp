@@ -78,8 +78,8 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
       std::snprintf(text, sizeof text,
                     "contact %.80s (%.160s line %d): the surfaces overlap initially by up to %g, at "
                     "(%g, %g, %g); %d contact points in all",
-                    def.name.c_str(), def.place.file.c_str(), def.place.line, -o.gap, o.x[0], o.x[1], o.x[2],
-                    o.count);
+                    def.name.c_str(), def.deck_line.file.c_str(), def.deck_line.line, -o.gap, o.x[0], o.x[1],
+                    o.x[2], o.count);
     if (def.contact.overlap == OVERLAP_REFUSE && o.count) {
       log_error("%s: separate the surfaces, or use OVERLAP=ADJUST", text);
       ++errors;

@@ -483,8 +483,8 @@ bool card_op_new(Card& c) { return card_param_word(c, "OP", "MOD|NEW", 0) == 1; 
 
 void card_error(Card& c, const Field& at, const std::string& text) { deck_error(*c.deck, at, text); }
 void card_warn(Card& c, const Field& at, const std::string& text) { deck_warn(*c.deck, at, text); }
-Place card_place(const Card& c) { return deck_place(*c.deck, c.head.at); }
-Place line_place(const Card& c) { return deck_place(*c.deck, c.open ? c.whole : c.head.at); }
+DeckLine card_deck_line(const Card& c) { return deck_line_of(*c.deck, c.head.at); }
+DeckLine line_place(const Card& c) { return deck_line_of(*c.deck, c.open ? c.whole : c.head.at); }
 
 void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run)
 {

@@ -83,8 +83,8 @@ bool card_op_new(Card& c);                                         // OP=NEW
 // ---- messages, lines of the deck, deferred work
 void card_error(Card& c, const Field& at, const std::string& text);
 void card_warn(Card& c, const Field& at, const std::string& text);
-Place card_place(const Card& c);                                   // the keyword line
-Place line_place(const Card& c);                                   // the open data line
+DeckLine card_deck_line(const Card& c);                                   // the keyword line
+DeckLine line_place(const Card& c);                                   // the open data line
 void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run);
 Material& card_parent_material(Card& c, Model& m);
 void card_temperature(Card& c);          // last field of the only row of a material

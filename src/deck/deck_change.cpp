@@ -7,10 +7,10 @@
 
 namespace {
 
-void fault(Deck& d, const char* keyword, const Place& place, const std::string& text)
+void fault(Deck& d, const char* keyword, const DeckLine& deck_line, const std::string& text)
 {
   d.word = keyword;
-  deck_error(d, deck_field(d, place, ""), text);
+  deck_error(d, deck_field(d, deck_line, ""), text);
 }
 
 std::string of_element(const Model& m, int e)
@@ -44,7 +44,7 @@ void check_stress(Deck& d, Model& m, const IntVec& body)
         text = of_element(m, e) + ": elements with enhanced strains take no initial stress; take the type "
                                   "without I, or one of second order (CPE8R, C3D20R)";
       else continue;
-      fault(d, word, s.place, text);
+      fault(d, word, s.deck_line, text);
       break;
     }
   }
@@ -103,7 +103,7 @@ void check_change(Deck& d, Model& m, const ModelChange& c, const std::vector<con
       text = "has enhanced strains and cannot be added without strain; take the type without I";
     gone[e] = !c.add;
     if (text.empty()) continue;
-    fault(d, "MODEL CHANGE", c.place, text_format("element %d ", m.mesh.elem_label[e]) + text);
+    fault(d, "MODEL CHANGE", c.deck_line, text_format("element %d ", m.mesh.elem_label[e]) + text);
     return;
   }
 }
@@ -124,9 +124,10 @@ void deck_changes(Deck& d, Model& m, const IntVec& body)
   for (const Step& s : m.step) {
     for (const ModelChange& c : s.change) check_change(d, m, c, why, gone);
     if (!s.change.empty() && m.body.empty() && std::count(gone.begin(), gone.end(), 0) == 0)
-      fault(d, "MODEL CHANGE", s.change.back().place, "all elements are removed; nothing is left to solve");
+      fault(d, "MODEL CHANGE", s.change.back().deck_line,
+            "all elements are removed; nothing is left to solve");
     if (!s.change.empty() && s.arc.on)
-      fault(d, "MODEL CHANGE", s.change.back().place,
+      fault(d, "MODEL CHANGE", s.change.back().deck_line,
             "does not go with *STATIC, RIKS; put it into a step of its own before");
   }
 }

@@ -46,29 +46,31 @@ Box body_box(const Model& m, const Body& body)
   return b;
 }
 
-void fault(Deck& d, const char* keyword, const Place& place, const std::string& word, const std::string& text)
+void fault(Deck& d, const char* keyword, const DeckLine& deck_line, const std::string& word,
+           const std::string& text)
 {
   d.word = keyword;
-  deck_error(d, deck_field(d, place, word), text);
+  deck_error(d, deck_field(d, deck_line, word), text);
 }
 
-void warn(Deck& d, const char* keyword, const Place& place, const std::string& word, const std::string& text)
+void warn(Deck& d, const char* keyword, const DeckLine& deck_line, const std::string& word,
+          const std::string& text)
 {
   d.word = keyword;
-  deck_warn(d, deck_field(d, place, word), text);
+  deck_warn(d, deck_field(d, deck_line, word), text);
 }
 
-Place element_line(const Deck& d, int e)
+DeckLine element_line(const Deck& d, int e)
 {
-  Place p;
+  DeckLine p;
   p.file = d.file[d.labels.elem_spot[e].file].path;
   p.line = d.labels.elem_spot[e].line;
   return p;
 }
 
-Place last_line(const Deck& d)
+DeckLine last_line(const Deck& d)
 {
-  Place p;
+  DeckLine p;
   p.file = d.file[0].path;
   p.line = std::max<int>(1, static_cast<int>(d.file[0].start.size()));
   return p;
@@ -189,14 +191,14 @@ void check_sets(Deck& d, const Model& m)
 {
   for (const Set& s : m.nset)
     if (s.item.empty())
-      fault(d, "NSET", s.place, s.name, "node set " + s.name + " is empty; give it nodes or remove it");
+      fault(d, "NSET", s.deck_line, s.name, "node set " + s.name + " is empty; give it nodes or remove it");
   for (const Set& s : m.elset)
     if (s.item.empty())
-      fault(d, "ELSET", s.place, s.name,
+      fault(d, "ELSET", s.deck_line, s.name,
             "element set " + s.name + " is empty; give it elements or remove it");
   for (const Surface& s : m.surface)
     if (s.face.empty() && s.body < 0)
-      fault(d, "SURFACE", s.place, s.name, "surface " + s.name + " is empty; give it faces or remove it");
+      fault(d, "SURFACE", s.deck_line, s.name, "surface " + s.name + " is empty; give it faces or remove it");
 }
 
 std::string quadratic_text(const Model& m, int e)
@@ -224,25 +226,25 @@ void check_quadratic(Deck& d, const Model& m)
   for (int e = 0; e < m.mesh.nelem(); ++e) all[e] = e;
   const int any = first_quadratic(m, all);
   if (any < 0) return;
-  const auto refuse = [&](const char* word, const Place& place, const std::string& text) {
-    fault(d, word, place, "", quadratic_text(m, any) + text);
+  const auto refuse = [&](const char* word, const DeckLine& deck_line, const std::string& text) {
+    fault(d, word, deck_line, "", quadratic_text(m, any) + text);
   };
   if (!m.fracture.empty())
-    refuse("EIGENFRACTURE", m.fracture[0].place,
+    refuse("EIGENFRACTURE", m.fracture[0].deck_line,
            " cannot be combined with *EIGENFRACTURE" + use_linear(m) + ", and in the whole mesh");
   if (!m.conversion.empty())
-    refuse("CONVERSION", m.conversion[0].place,
+    refuse("CONVERSION", m.conversion[0].deck_line,
            " cannot be combined with *CONVERSION" + use_linear(m) + ", and in the whole mesh");
   for (const Section& s : m.section) {
     const int e = s.lumped && s.elset >= 0 ? first_quadratic(m, m.elset[s.elset].item) : -1;
     if (e >= 0)
-      fault(d, "SOLID SECTION", s.place, "LUMPED",
+      fault(d, "SOLID SECTION", s.deck_line, "LUMPED",
             quadratic_text(m, e) + " have no lumped mass: row sums are negative at corner nodes; "
                                    "leave out MASS=LUMPED");
   }
   for (const BondDef& bond : m.bond) {
     if (bond.contact.general)
-      refuse("CONTACT", bond.place,
+      refuse("CONTACT", bond.deck_line,
              " can be in a *CONTACT PAIR, but *CONTACT includes all outer faces" + use_linear(m) +
                  ", or *CONTACT PAIR");
     for (int s : {bond.surface, bond.contact.master}) {
@@ -251,7 +253,7 @@ void check_quadratic(Deck& d, const Model& m)
       for (const Face& f : m.surface[s].face) elem.push_back(f.elem);
       const int e = first_quadratic(m, elem);
       if (e >= 0)
-        fault(d, bond_word(bond), bond.place, m.surface[s].name,
+        fault(d, bond_word(bond), bond.deck_line, m.surface[s].name,
               quadratic_text(m, e) + " of surface " + m.surface[s].name +
                   " cannot carry bonds to material points" + use_linear(m));
     }
@@ -274,14 +276,14 @@ IntVec body_of_elements(Deck& d, const Model& m)
     }
     const std::string word = m.elset[m.body[b].elset].name;
     if (section)
-      fault(d, "MATERIAL POINTS", m.body[b].place, word,
+      fault(d, "MATERIAL POINTS", m.body[b].deck_line, word,
             "elements of " + word +
                 " have a *SOLID SECTION; they become material points and must not have one");
     if (quadratic >= 0)
-      fault(d, "MATERIAL POINTS", m.body[b].place, word,
+      fault(d, "MATERIAL POINTS", m.body[b].deck_line, word,
             quadratic_text(m, quadratic) + " cannot become material points" + use_linear(m));
     if (shared)
-      fault(d, "MATERIAL POINTS", m.body[b].place, word,
+      fault(d, "MATERIAL POINTS", m.body[b].deck_line, word,
             "elements of " + word + " belong to another body as well; an element fills one body");
   }
   return body;
@@ -317,14 +319,14 @@ void check_ortho(Deck& d, const Model& m, const Material& a)
       : a.breaks            ? "*EIGENFRACTURE contains elements of it, but criterion and broken material are "
                               "isotropic; remove these elements from the set"
                             : nullptr;
-  if (alone) fault(d, "ELASTIC", a.place, a.name, "material " + a.name + ": " + alone);
+  if (alone) fault(d, "ELASTIC", a.deck_line, a.name, "material " + a.name + ": " + alone);
   double largest = 0.0, out = 0.0;
   for (int i : {0, 1, 2, 3})
     for (int j : {0, 1, 2, 3}) largest = std::max(largest, std::fabs(a.elastic[6 * i + j]));
   for (int i : {0, 1, 2, 3})
     for (int j : {4, 5}) out = std::max(out, std::fabs(a.elastic[6 * i + j]));
   if (m.dim == 2 && out > 1e-9 * largest)
-    fault(d, "ELASTIC", a.place, a.name,
+    fault(d, "ELASTIC", a.deck_line, a.name,
           "material " + a.name +
               " couples in-plane strain and out-of-plane shear: in a plane model one of its three "
               "directions must be z");
@@ -350,39 +352,39 @@ void check_materials(Deck& d, const Model& m)
   for (const Step& s : m.step) dynamic = dynamic || s.proc == PROC_DYNAMIC;
   for (const Material& a : m.material) {
     if (!a.used) {
-      warn(d, "MATERIAL", a.place, a.name,
+      warn(d, "MATERIAL", a.deck_line, a.name,
            "material " + a.name +
                " is not used; name it in *SOLID SECTION or *MATERIAL POINTS, or remove it");
       continue;
     }
     if (!a.has_elastic)
-      fault(d, "ELASTIC", a.place, a.name,
+      fault(d, "ELASTIC", a.deck_line, a.name,
             "material " + a.name + " has no *ELASTIC (or *HYPERELASTIC); write it after *MATERIAL");
     if (!a.yield.empty() && !law_flows(a.law) && !a.hyper)
-      fault(d, "DRUCKER PRAGER HARDENING", a.place, a.name,
+      fault(d, "DRUCKER PRAGER HARDENING", a.deck_line, a.name,
             "material " + a.name + " has *DRUCKER PRAGER HARDENING without *DRUCKER PRAGER; write it before");
     if (a.law == LAW_DRUCKER_PRAGER && a.yield.empty())
-      fault(d, "DRUCKER PRAGER", a.place, a.name,
+      fault(d, "DRUCKER PRAGER", a.deck_line, a.name,
             "material " + a.name +
                 " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
     if (law_flows(a.law) && a.hyper)
-      fault(d, plastic_word(a), a.place, a.name,
+      fault(d, plastic_word(a), a.deck_line, a.name,
             "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) +
                 "; plasticity requires *ELASTIC");
     check_ortho(d, m, a);
     if (a.law == LAW_NEO_HOOKE && a.breaks)
-      warn(d, "HYPERELASTIC", a.place, a.name,
+      warn(d, "HYPERELASTIC", a.deck_line, a.name,
            "material " + a.name + " is hyperelastic and can break: the criterion of *EIGENFRACTURE and "
            "broken material use the small-strain elastic constants, which are accurate for strains of a "
            "few per cent");
     if (law_flows(a.law) && a.breaks && !(a.law == LAW_DRUCKER_PRAGER && only_cohesive(m, a)))
-      fault(d, plastic_word(a), a.place, a.name,
+      fault(d, plastic_word(a), a.deck_line, a.name,
             "material " + a.name + " is plastic, and *EIGENFRACTURE contains elements of it: plastic "
             "dissipation at a crack tip is not in the criterion; remove *" + plastic_word(a) +
                 ", or these elements from the set" +
                 (a.law == LAW_DRUCKER_PRAGER ? ", or use CRITERION=COHESIVE" : ""));
     if (dynamic && a.density == 0.0)
-      fault(d, "DENSITY", a.place, a.name,
+      fault(d, "DENSITY", a.deck_line, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
   }
 }
@@ -402,7 +404,7 @@ void check_law_elements(Deck& d, const Model& m)
     const char* const word = law_flows(a.law)       ? plastic_word(a)
                              : a.law == LAW_ORTHO ? "ELASTIC"
                                                     : "HYPERELASTIC";
-    fault(d, word, a.place, a.name,
+    fault(d, word, a.deck_line, a.name,
           text_format("element %d of type ", m.mesh.elem_label[e]) + type + " has material " + a.name +
               ": enhanced strains require " + (a.law == LAW_ORTHO ? "isotropic " : "") +
               "*ELASTIC; use " + type.substr(0, type.size() - 1) +
@@ -443,7 +445,7 @@ void check_locking(Deck& d, const Model& m)
     if (body[k] >= 0)
       elements += (elements.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
     const std::string cause = law_flows(a.law) ? "plastic flow" : "poisson = " + text_number(a.poisson);
-    warn(d, law_flows(a.law) ? plastic_word(a) : "ELASTIC", a.place, a.name,
+    warn(d, law_flows(a.law) ? plastic_word(a) : "ELASTIC", a.deck_line, a.name,
          cause + " of material " + a.name + " makes " + elements +
              " too stiff by volumetric locking" +
              (element[k] >= 0 && elem_quadratic(m.mesh.elem_type[element[k]]) ? " (no F-bar)" : "") +
@@ -467,8 +469,8 @@ void check_initial(Deck& d, const Model& m)
         reported = true;
         const std::string name = n < 0 ? "body " + m.body[-1 - n].name
                                        : text_format("node %d", m.mesh.node_label[n]);
-        warn(d, "INITIAL CONDITIONS", v.place, "",
-             text_format("replaces the value of line %d for ", last->place.line) + name +
+        warn(d, "INITIAL CONDITIONS", v.deck_line, "",
+             text_format("replaces the value of line %d for ", last->deck_line.line) + name +
                  text_format(", direction %d; the last value is used", v.dof + 1));
       }
       last = &v;
@@ -481,7 +483,7 @@ void check_fragments(Deck& d, const Model& m)
   if (!m.output.fragments.on) return;
   for (const Material& a : m.material)
     if (a.used && a.density == 0.0)
-      fault(d, "FRAGMENTS", m.output.fragments.place, "FRAGMENTS",
+      fault(d, "FRAGMENTS", m.output.fragments.deck_line, "FRAGMENTS",
             "masses of fragments need the density of material " + a.name +
                 "; write *DENSITY after *MATERIAL");
 }
@@ -490,22 +492,24 @@ void check_fragments(Deck& d, const Model& m)
 void check_arc(Deck& d, const Model& m, const Step& s)
 {
   if (!s.arc.on) return;
-  const auto refuse = [&](const Place& at, const std::string& text) { fault(d, "STATIC", at, "RIKS", text); };
+  const auto refuse = [&](const DeckLine& at, const std::string& text) {
+    fault(d, "STATIC", at, "RIKS", text);
+  };
   const auto varies = [](const Expr& value, int amplitude) { return amplitude >= 0 || !value.is_const(); };
-  if (&s != &m.step.back()) refuse(s.place, "the step with *STATIC, RIKS must be the last one");
+  if (&s != &m.step.back()) refuse(s.deck_line, "the step with *STATIC, RIKS must be the last one");
   if (std::none_of(m.fracture.begin(), m.fracture.end(),
                    [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; }))
-    refuse(s.place, "*STATIC, RIKS requires cohesive cracks: write *EIGENFRACTURE, "
+    refuse(s.deck_line, "*STATIC, RIKS requires cohesive cracks: write *EIGENFRACTURE, "
                     "CRITERION=COHESIVE, or leave out RIKS");
   for (const Load& l : s.load) {
     if (!l.of_position && varies(l.value, l.amplitude))
-      refuse(l.place, "*STATIC, RIKS computes the factor of the loads: give a number without AMPLITUDE");
+      refuse(l.deck_line, "*STATIC, RIKS computes the factor of the loads: give a number without AMPLITUDE");
     if (s.nlgeom && l.kind == LOAD_PRESSURE)
-      refuse(l.place, "a follower pressure (NLGEOM) cannot be combined with *STATIC, RIKS");
+      refuse(l.deck_line, "a follower pressure (NLGEOM) cannot be combined with *STATIC, RIKS");
   }
   for (const Prescribed& b : s.prescribed)
     if (varies(b.value, b.amplitude))
-      refuse(b.place, "*STATIC, RIKS computes the factor of the displacements: give a number without "
+      refuse(b.deck_line, "*STATIC, RIKS computes the factor of the displacements: give a number without "
                       "AMPLITUDE");
 }
 
@@ -519,7 +523,7 @@ void check_gravity(Deck& d, const Model& m, const Step& s)
       good = good && (m.mesh.elem_section[e] < 0 || has_density(m.section[m.mesh.elem_section[e]].material));
     for (int b : l.body) good = good && has_density(m.body[b].material);
     if (!good && s.proc == PROC_STATIC)
-      fault(d, "DENSITY", l.place, "GRAV",
+      fault(d, "DENSITY", l.deck_line, "GRAV",
             "gravity needs the density of the material; write *DENSITY after *MATERIAL");
   }
 }
@@ -533,7 +537,8 @@ void check_body_box(Deck& d, const Model& m, const Body& body)
   for (int i = 0; i < m.dim; ++i) {
     const double hi = g.lo[i] + g.n[i] * g.h[i], tol = 1e-9 * (hi - g.lo[i]);
     if (b.lo[i] > b.hi[i] || (b.lo[i] >= g.lo[i] - tol && b.hi[i] <= hi + tol)) continue;
-    return fault(d, body.fill == FILL_CONVERSION ? "CONVERSION" : "MATERIAL POINTS", body.place, body.name,
+    return fault(d, body.fill == FILL_CONVERSION ? "CONVERSION" : "MATERIAL POINTS", body.deck_line,
+                 body.name,
                  "body " + body.name + " extends from " + text_number(b.lo[i]) + " to " +
                      text_number(b.hi[i]) + in_axis[i] + ", the grid from " + text_number(g.lo[i]) + " to " +
                      text_number(hi) + "; enlarge the *GRID, with room for the motion");
@@ -548,13 +553,13 @@ void check_fill(Deck& d, const Model& m, const Body& body)
   for (int i = 0; i < m.dim; ++i) {
     n[i] = body.cells[i] > 0 ? body.cells[i] : std::round((body.hi[i] - body.lo[i]) / m.grid.h[i]);
     if (!(n[i] >= 1.0))
-      return fault(d, "MATERIAL POINTS", body.place, body.name,
+      return fault(d, "MATERIAL POINTS", body.deck_line, body.name,
                    "the box of " + body.name + " is thinner than half a cell of the grid: 0 points; give " +
                        std::string(counts) + " in a second data line");
     n[i] *= body.per_cell;
   }
   if (!(n[0] * n[1] * n[2] <= 5e7))
-    return fault(d, "MATERIAL POINTS", body.place, body.name,
+    return fault(d, "MATERIAL POINTS", body.deck_line, body.name,
                  "body " + body.name + " has more than 5e7 points; give fewer cells (" + counts +
                      ") or a coarser grid");
   if (body.fill != FILL_REGION || n[0] * n[1] * n[2] > 4e6 || body.where.is_const()) return;
@@ -566,7 +571,7 @@ void check_fill(Deck& d, const Model& m, const Body& body)
         for (int i = 0; i < m.dim; ++i) x[i] = body.lo[i] + (body.hi[i] - body.lo[i]) * at[i] / n[i];
         if (expr_eval(body.where, x, 0.0) != 0.0) return;
       }
-  fault(d, "MATERIAL POINTS", body.place, "WHERE",
+  fault(d, "MATERIAL POINTS", body.deck_line, "WHERE",
         "WHERE is 0 at the centre of every domain of the box: 0 points; check the box and the function");
 }
 
@@ -581,7 +586,7 @@ void check_overlap(Deck& d, const Model& m)
       for (int i = 0; i < m.dim; ++i)
         separate = separate || std::min(a.hi[i], b.hi[i]) - std::max(a.lo[i], b.lo[i]) <= 1e-6 * m.grid.h[i];
       if (!separate)
-        warn(d, "MATERIAL POINTS", a.place, a.name,
+        warn(d, "MATERIAL POINTS", a.deck_line, a.name,
              "the boxes of " + a.name + " and " + b.name +
                  " overlap: the material is doubled there, "
                  "with twice the mass and stiffness; is this intended?");
@@ -592,7 +597,7 @@ void check_bodies(Deck& d, const Model& m)
 {
   for (const Body& b : m.body) {
     if (!m.grid.given) {
-      fault(d, "GRID", b.place, b.name,
+      fault(d, "GRID", b.deck_line, b.name,
             "material points need a grid; write *GRID with the box and the size of a cell");
       continue;
     }
@@ -606,7 +611,7 @@ void check_bodies(Deck& d, const Model& m)
           "there is no grid to stabilise; write *GRID with the box and the size of a cell, or leave *GHOST "
           "out");
   if (m.grid.given && m.body.empty())
-    warn(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
+    warn(d, "GRID", m.grid.deck_line, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 
 // Features that are not available in explicit steps
@@ -615,37 +620,37 @@ void check_explicit(Deck& d, const Model& m)
   const auto is    = [](const Step& s) { return s.explicit_steps(); };
   const auto first = std::find_if(m.step.begin(), m.step.end(), is);
   if (first == m.step.end()) return;
-  const std::string line = text_format("the step of line %d is *DYNAMIC, EXPLICIT", first->place.line);
+  const std::string line = text_format("the step of line %d is *DYNAMIC, EXPLICIT", first->deck_line.line);
   for (const Section& s : m.section) {
     if (s.elset < 0) continue;
     const int e = first_quadratic(m, m.elset[s.elset].item);
     if (e >= 0)
-      fault(d, "SOLID SECTION", s.place, "",
+      fault(d, "SOLID SECTION", s.deck_line, "",
             line + ": " + quadratic_text(m, e) + " have no lumped mass" + use_linear(m) +
                 ", or an implicit step");
     else if (!s.lumped)
-      fault(d, "SOLID SECTION", s.place, "CONSISTENT",
+      fault(d, "SOLID SECTION", s.deck_line, "CONSISTENT",
             line + ", which requires lumped masses; leave out MASS=CONSISTENT");
   }
   const bool points = !m.body.empty() || !m.conversion.empty();
   for (const Material& a : m.material)
     if (a.used && a.alpha > 0.0 && points)
-      fault(d, "DAMPING", a.place, a.name,
+      fault(d, "DAMPING", a.deck_line, a.name,
             line + ": ALPHA is not available with material points; use BETA, or an implicit step");
   for (const ViscousBoundary& v : m.viscous)
     if (points)
-      fault(d, "VISCOUS BOUNDARY", v.place, "",
+      fault(d, "VISCOUS BOUNDARY", v.deck_line, "",
             line + ": viscous boundaries are not available with material points; use an implicit step");
   if (m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0)
     fault(d, "GHOST", m.grid.ghost_place, "GHOST", line + ", which has no *GHOST; leave it out");
   for (const ConversionDef& c : m.conversion)
     if (c.bonded)
-      fault(d, "CONVERSION", c.place, "BONDS",
+      fault(d, "CONVERSION", c.deck_line, "BONDS",
             line + ": new bonds would reduce the stable increment during the step; leave INTERFACE=BONDS "
                    "out");
   for (const BondDef& b : m.bond)
     if (b.augment > 0)
-      fault(d, bond_word(b), b.place, b.name,
+      fault(d, bond_word(b), b.deck_line, b.name,
             line + ", which does not augment contact or bonds; leave out AUGMENT");
 }
 
@@ -656,26 +661,27 @@ void check_damping(Deck& d, const Model& m, const IntVec& body)
                                    [](const Step& s) { return s.proc == PROC_DYNAMIC; });
   for (const Material& a : m.material)
     if (a.used && a.has_damping && !dynamic && !m.step.empty())
-      warn(d, "DAMPING", a.place, a.name,
+      warn(d, "DAMPING", a.deck_line, a.name,
            "material " + a.name + " has a *DAMPING, which has no effect: no step is *DYNAMIC");
   std::set<std::pair<int, int>> damped;
   for (const ViscousBoundary& v : m.viscous) {
     if (v.surface < 0) continue;
     const Surface& s = m.surface[v.surface];
     if (!dynamic && !m.step.empty())
-      warn(d, "VISCOUS BOUNDARY", v.place, s.name,
+      warn(d, "VISCOUS BOUNDARY", v.deck_line, s.name,
            "viscous boundary " + s.name + " has no effect: no step is *DYNAMIC");
     for (const ViscousBoundary* w = m.viscous.data(); w != &v; ++w)
       if (w->surface == v.surface && s.body >= 0)
-        fault(d, "VISCOUS BOUNDARY", v.place, s.name, "surface " + s.name + " is a viscous boundary already");
+        fault(d, "VISCOUS BOUNDARY", v.deck_line, s.name,
+              "surface " + s.name + " is a viscous boundary already");
     for (const Face& f : s.face) {
       const std::string face = text_format("face S%d of element %d", f.face + 1, m.mesh.elem_label[f.elem]);
       if (body[f.elem] >= 0)
-        fault(d, "VISCOUS BOUNDARY", v.place, s.name,
+        fault(d, "VISCOUS BOUNDARY", v.deck_line, s.name,
               text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + s.name +
                   " becomes material points; use *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name);
       else if (!damped.insert({f.elem, f.face}).second)
-        fault(d, "VISCOUS BOUNDARY", v.place, s.name,
+        fault(d, "VISCOUS BOUNDARY", v.deck_line, s.name,
               face + " of surface " + s.name + " is on a viscous boundary already");
       else continue;
       break;
@@ -691,7 +697,7 @@ void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec
     for (const Face& f : m.surface[s].face) {
       if (body[f.elem] < 0) continue;
       const std::string& name = m.surface[s].name;
-      fault(d, bond_word(bond), bond.place, name,
+      fault(d, bond_word(bond), bond.deck_line, name,
             text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + name +
                 " becomes material points; use *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name +
                 (bond.kind == BOND_CONTACT ? "" : " (bonds to the ground)") +
@@ -712,7 +718,7 @@ void check_contact_faces(Deck& d, const Model& m, const BondDef& bond)
   for (const Face& f : m.surface[bond.surface].face) slave.insert(key(f));
   for (const Face& f : m.surface[bond.contact.master].face) {
     if (!slave.count(key(f))) continue;
-    fault(d, "CONTACT PAIR", bond.place, bond.name,
+    fault(d, "CONTACT PAIR", bond.deck_line, bond.name,
           text_format("face S%d of element %d belongs to both surfaces, ", f.face + 1,
                       m.mesh.elem_label[f.elem]) +
               m.surface[bond.surface].name + " and " + m.surface[bond.contact.master].name +
@@ -722,7 +728,7 @@ void check_contact_faces(Deck& d, const Model& m, const BondDef& bond)
   for (int s : {bond.surface, bond.contact.master})
     for (const Face& f : m.surface[s].face) {
       if (outer.count(key(f))) continue;
-      fault(d, "CONTACT PAIR", bond.place, bond.name,
+      fault(d, "CONTACT PAIR", bond.deck_line, bond.name,
             text_format("face S%d of element %d in surface ", f.face + 1, m.mesh.elem_label[f.elem]) +
                 m.surface[s].name +
                 " lies inside the mesh, between two elements; contact needs outer faces (*SURFACE, ELSET=... "
@@ -744,7 +750,7 @@ void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
   for (int i = 0; i < m.dim; ++i) {
     const double gap = std::max(s.lo[i] - b.hi[i], b.lo[i] - s.hi[i]);
     if (s.lo[i] > s.hi[i] || b.lo[i] > b.hi[i] || gap <= m.grid.h[i]) continue;
-    return warn(d, "BOND", bond.place, m.surface[bond.surface].name,
+    return warn(d, "BOND", bond.deck_line, m.surface[bond.surface].name,
                 "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + in_axis[i] +
                     " away from body " + m.body[bond.body].name +
                     ", more than a cell of the grid; is it the right surface?");
@@ -764,7 +770,7 @@ void check_loaded_supports(Deck& d, const Model& m, const Step& s)
     if (l.kind != LOAD_NODE || l.ramp == RAMP_OUT) continue;
     for (int n : l.node)
       if (fixed[3 * static_cast<std::size_t>(n) + l.dof]) {
-        warn(d, "CLOAD", l.place, "",
+        warn(d, "CLOAD", l.deck_line, "",
              text_format(
                  "direction %d of node %d is prescribed and loaded; the load has no effect on the motion",
                  l.dof + 1, m.mesh.node_label[n]));
@@ -810,19 +816,19 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
                                    ? " is loaded but belongs to no element; remove it from the set"
                                    : " becomes a corner of material points; load the body by "
                                      "*SURFACE, TYPE=BODY and *DSLOAD";
-      fault(d, "CLOAD", l.place, "", text_format("node %d", m.mesh.node_label[n]) + text);
+      fault(d, "CLOAD", l.deck_line, "", text_format("node %d", m.mesh.node_label[n]) + text);
       break;
     }
   for (const Prescribed& b : s.prescribed)
     for (int n : b.node) {
       if (use[n] == USE_ELEMENT || at_start[n] == USE_ELEMENT) continue;
       if (use[n] == USE_BODY)
-        fault(d, "BOUNDARY", b.place, "",
+        fault(d, "BOUNDARY", b.deck_line, "",
               text_format("node %d becomes a corner of material points; fix it by *GRID BOUNDARY or *BOND, "
                           "TYPE=GROUND",
                           m.mesh.node_label[n]));
       else
-        warn(d, "BOUNDARY", b.place, "",
+        warn(d, "BOUNDARY", b.deck_line, "",
              text_format("node %d is prescribed but belongs to no element; it has no effect",
                          m.mesh.node_label[n]));
       break;
@@ -837,7 +843,7 @@ void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& bo
     for (const Face& f : face) {
       if (body[f.elem] < 0) continue;
       fault(
-          d, l.keyword.c_str(), l.place, "",
+          d, l.keyword.c_str(), l.deck_line, "",
           text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD",
                       m.mesh.elem_label[f.elem]));
       break;
@@ -858,8 +864,8 @@ void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& r
         "%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
         static_cast<int>(removed_faces), static_cast<int>(face.size()));
     if (removed_faces == static_cast<long>(face.size()))
-      fault(d, l.keyword.c_str(), l.place, "", text + "; load the remaining faces");
-    else warn(d, l.keyword.c_str(), l.place, "", text);
+      fault(d, l.keyword.c_str(), l.deck_line, "", text + "; load the remaining faces");
+    else warn(d, l.keyword.c_str(), l.deck_line, "", text);
   }
 }
 
@@ -875,7 +881,7 @@ void check_steps(Deck& d, const Model& m, const IntVec& body, bool read_well)
       for (int e : c.elem) gone[e] = !c.add;
     if (!s.change.empty()) use = node_use(m, body, gone);
     if (!m.body.empty() && !s.nlgeom)
-      fault(d, "STEP", s.place, "STEP",
+      fault(d, "STEP", s.deck_line, "STEP",
             "material points move through a grid and need large displacements; write *STEP, NLGEOM");
     check_gravity(d, m, s);
     check_arc(d, m, s);
@@ -892,7 +898,7 @@ void check_times(Deck& d, const Model& m)
   for (const Step& s : m.step) end += s.period;
   for (const Check& c : m.output.check)
     if (!m.step.empty() && c.at == AT_TIME && c.time > end * (1.0 + 1e-9))
-      fault(d, "CHECK", c.place, "",
+      fault(d, "CHECK", c.deck_line, "",
             "TIME = " + text_number(c.time) + " is never reached; the run ends at " + text_number(end));
 }
 
@@ -904,7 +910,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
           "the deck has neither elements nor material points; write *ELEMENT, *BLOCK or *MATERIAL POINTS");
   const IntVec removed = removed_elements(m);
   if (!removed.empty() && m.body.empty() && std::count(removed.begin(), removed.end(), 0) == 0)
-    fault(d, "MODEL CHANGE", m.broken.front().place, "",
+    fault(d, "MODEL CHANGE", m.broken.front().deck_line, "",
           "all elements are removed; nothing is left to solve");
   if (m.step.empty())
     fault(d, "STEP", last_line(d), "", "the deck has no step; write *STEP, *STATIC or *DYNAMIC, *END STEP");

@@ -24,7 +24,7 @@ const char* keyword_of(const CouplingDef& c) { return c.kind == COUPLING_RIGID ?
 void fault(Deck& d, const CouplingDef& c, const std::string& text)
 {
   d.word = keyword_of(c);
-  deck_error(d, deck_field(d, c.place, ""), text);
+  deck_error(d, deck_field(d, c.deck_line, ""), text);
 }
 
 double X_of(const Model& m, int n, int i) { return m.mesh.X[3 * static_cast<std::size_t>(n) + i]; }
@@ -70,7 +70,7 @@ std::vector<WeightedNode> element_nodes(const Model& m, const CouplingDef& c)
 
 int add_equation(Model& m, const CouplingDef& c, Equation e)
 {
-  e.place = c.place;
+  e.deck_line = c.deck_line;
   e.of    = EQUATION_COUPLING;
   m.equation.push_back(std::move(e));
   return static_cast<int>(m.equation.size()) - 1;
@@ -344,7 +344,7 @@ void couple(Deck& d, Model& m, const CouplingDef& c)
   if (c.kind == COUPLING_DISTRIBUTING) couple_distributing(d, m, c, node);
   else couple_kinematic(d, m, c, node);
   if (c.kind == COUPLING_RIGID) {
-    RigidBody b{{}, c.ref, c.turn, c.place};
+    RigidBody b{{}, c.ref, c.turn, c.deck_line};
     for (const WeightedNode& w : node) b.node.push_back(w.node);
     m.rigid.push_back(b);
   }
@@ -371,10 +371,10 @@ void coupling_turn(Deck& d, Model& m, CouplingDef& c)
   if (c.turn < 0) {
     const int label = -2000000000 + static_cast<int>(&c - d.coupling.data());
     const double x = X_of(m, c.ref, 0), y = X_of(m, c.ref, 1), z = X_of(m, c.ref, 2);
-    c.turn = mesh_add_node(d, m, label, x, y, z, deck_field(d, c.place, ""));
+    c.turn = mesh_add_node(d, m, label, x, y, z, deck_field(d, c.deck_line, ""));
   }
   IntVec one{c.turn};
-  set_merge(m.nset, c.name + "_ROTATION", one, c.place);
+  set_merge(m.nset, c.name + "_ROTATION", one, c.deck_line);
 }
 
 int coupling_turn_of(Deck& d, Model& m, int node)

@@ -15,7 +15,7 @@ const char* keyword_of(const Equation& e)
 void fault(Deck& d, const Equation& e, const std::string& text)
 {
   d.word = keyword_of(e);
-  deck_error(d, deck_field(d, e.place, ""), text);
+  deck_error(d, deck_field(d, e.deck_line, ""), text);
 }
 
 // [nnode] 0: no elements, 1: an element remains an element during the run, 2: none does
@@ -69,7 +69,7 @@ void check_prescribed(Deck& d, const Model& m, const Step& s)
                               : "direction %d of node %d is dependent in this equation, but is "
                                 "prescribed in ",
                           i + 1, m.mesh.node_label[n]) +
-                  b.place.file + text_format(" line %d; ", b.place.line) +
+                  b.deck_line.file + text_format(" line %d; ", b.deck_line.line) +
                   (e.of == EQUATION_COUPLING
                        ? "prescribe the reference node instead, or couple other directions"
                        : "begin the equation with another term, or release the direction"));
@@ -92,7 +92,7 @@ void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>
       if (kind[n] || linked[3 * static_cast<std::size_t>(n) + l.dof]) continue;
       d.word = "CLOAD";
       deck_error(
-          d, deck_field(d, l.place, ""),
+          d, deck_field(d, l.deck_line, ""),
           text_format("direction %d of node %d is loaded, but belongs to no element and to no equation of "
                       "this step",
                       l.dof + 1, m.mesh.node_label[n]));

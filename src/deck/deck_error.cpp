@@ -201,9 +201,9 @@ void deck_print_messages(const Deck& d)
   if (hidden[0] > 0) log_error("%d more errors are not shown", hidden[0]);
 }
 
-Place deck_place(const Deck& d, const Field& at)
+DeckLine deck_line_of(const Deck& d, const Field& at)
 {
-  Place p;
+  DeckLine p;
   p.file = d.file[at.file].path;
   p.line = at.line;
   return p;
@@ -217,12 +217,12 @@ std::string spot_text(const Deck& d, const Spot& s)
 // ---------------------------------------------------------------------------
 // deck_field : position of a word in a line; the whole line when it does not contain the word
 // ---------------------------------------------------------------------------
-Field deck_field(const Deck& d, const Place& place, const std::string& word)
+Field deck_field(const Deck& d, const DeckLine& deck_line, const std::string& word)
 {
   Field f;
   for (std::size_t i = 0; i < d.file.size(); ++i)
-    if (d.file[i].path == place.file) f.file = static_cast<int>(i);
-  f.line = std::max(1, place.line);
+    if (d.file[i].path == deck_line.file) f.file = static_cast<int>(i);
+  f.line = std::max(1, deck_line.line);
   const std::string raw = deck_line_text(d, f.file, f.line);
   const std::size_t at = word.empty() ? std::string::npos : text_upper(raw).find(text_upper(word));
   if (at != std::string::npos) {

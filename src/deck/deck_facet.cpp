@@ -78,7 +78,7 @@ void facet_add(Deck& d, int label, const Facet& f)
   d.facets.list.push_back(f);
 }
 
-void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place)
+void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const DeckLine& deck_line)
 {
   if (item.empty()) return;
   IntVec node;
@@ -86,8 +86,8 @@ void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, c
     const Facet& facet = d.facets.list[i];
     node.insert(node.end(), facet.node, facet.node + facet.n);
   }
-  set_merge(m.nset, name, node, place);
-  set_merge(d.facets.set, name, item, place);
+  set_merge(m.nset, name, node, deck_line);
+  set_merge(d.facets.set, name, item, deck_line);
 }
 
 // ---------------------------------------------------------------------------
@@ -102,7 +102,7 @@ void facet_surfaces(Deck& d, Model& m)
   for (const Set& set : d.facets.set) {
     Surface s;
     s.name  = set.name;
-    s.place = set.place;
+    s.deck_line = set.deck_line;
     for (int i : set.item) {
       const auto f = outer.find(sorted(d.facets.list[i].corners, d.facets.list[i].node));
       if (f != outer.end()) s.face.push_back(f->second);
@@ -110,7 +110,7 @@ void facet_surfaces(Deck& d, Model& m)
     if (s.face.empty()) continue;                    // edges in space, or inside the mesh: node set only
     if (model_find_surface(m, s.name) >= 0) continue;      // defined by *SURFACE
     if (s.face.size() < set.item.size() && d.absent.elem.empty())
-      deck_warn(d, deck_field(d, set.place, set.name),
+      deck_warn(d, deck_field(d, set.deck_line, set.name),
                 text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) +
                     set.name + " are not outer faces of the mesh; surface " + set.name + " has the others");
     m.surface.push_back(s);

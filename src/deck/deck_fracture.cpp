@@ -5,11 +5,11 @@
 
 namespace {
 
-void refuse(Deck& d, const char* keyword, const Place& place, const std::string& word,
+void refuse(Deck& d, const char* keyword, const DeckLine& deck_line, const std::string& word,
             const std::string& text)
 {
   d.word = keyword;
-  deck_error(d, deck_field(d, place, word), text);
+  deck_error(d, deck_field(d, deck_line, word), text);
 }
 
 // an element belongs to at most one definition
@@ -21,9 +21,9 @@ void check_once(Deck& d, const Model& m, const std::vector<Def>& defs, const cha
     if (defs[i].elset < 0) continue;
     for (int e : m.elset[defs[i].elset].item) {
       if (owner[e] >= 0) {
-        refuse(d, keyword, defs[i].place, m.elset[defs[i].elset].name,
+        refuse(d, keyword, defs[i].deck_line, m.elset[defs[i].elset].name,
                text_format("element %d is in *%s of line %d already; sets must not overlap",
-                           m.mesh.elem_label[e], keyword, defs[owner[e]].place.line));
+                           m.mesh.elem_label[e], keyword, defs[owner[e]].deck_line.line));
         break;
       }
       owner[e] = static_cast<int>(i);
@@ -39,7 +39,7 @@ void check_elements(Deck& d, const Model& m, const std::vector<Def>& defs, const
     if (f.elset < 0) continue;
     for (int e : m.elset[f.elset].item)
       if (m.mesh.elem_section[e] < 0) {
-        refuse(d, keyword, f.place, m.elset[f.elset].name,
+        refuse(d, keyword, f.deck_line, m.elset[f.elset].name,
                text_format("element %d has no *SOLID SECTION; only finite elements can break or become "
                            "points during the run",
                            m.mesh.elem_label[e]));
@@ -57,7 +57,7 @@ void check_broken(Deck& d, const Model& m)
   for (const BrokenDef& b : m.broken)
     for (int e : b.elem) {
       if (b.remove || breakable[e]) continue;
-      refuse(d, "INITIAL CONDITIONS", b.place, "",
+      refuse(d, "INITIAL CONDITIONS", b.deck_line, "",
              text_format("element %d is broken at the start, but belongs to no *EIGENFRACTURE, which "
                          "defines its residual stress; add it to the set of one",
                          m.mesh.elem_label[e]));
@@ -72,11 +72,11 @@ void check_estimate(Deck& d, const Model& m)
     for (const Step& s : m.step) {
       if (f.estimate != ESTIMATE_FORCE || s.proc != PROC_DYNAMIC) continue;
       refuse(
-          d, "EIGENFRACTURE", f.place, "FORCE",
+          d, "EIGENFRACTURE", f.deck_line, "FORCE",
           text_format(
               "ESTIMATE=FORCE is valid in static steps only, the step of line %d is dynamic; leave it out: "
               "AUTO, the default, uses FORCE in static steps and BALL in dynamic ones",
-              s.place.line));
+              s.deck_line.line));
       break;
     }
 }
@@ -119,7 +119,7 @@ void check_cohesive(Deck& d, const Model& m)
       const ElemType& type = elem_table[m.mesh.elem_type[e]];
       const double limit    = max_elem_size(f, mat.young), size = diameter(m.mesh, e);
       const auto fault     = [&](const std::string& text) {
-        refuse(d, "EIGENFRACTURE", f.place, m.elset[f.elset].name,
+        refuse(d, "EIGENFRACTURE", f.deck_line, m.elset[f.elset].name,
                    text_format("element %d: ", m.mesh.elem_label[e]) + text);
       };
       if (mat.law != LAW_SVK && mat.law != LAW_DRUCKER_PRAGER) {
@@ -159,7 +159,7 @@ void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
   for (int e : m.elset[c.elset].item) {
     const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
     if (shape != SHAPE_TET4 && shape != SHAPE_WEDGE6 && shape != SHAPE_PYR5) continue;
-    return refuse(d, "CONVERSION", c.place, "POINTS",
+    return refuse(d, "CONVERSION", c.deck_line, "POINTS",
                   text_format("a %s points: POINTS=1 or 2, not %d",
                               shape == SHAPE_TET4   ? "tetrahedron becomes 1 or 8"
                               : shape == SHAPE_PYR5 ? "pyramid becomes 1 or 10"
@@ -178,7 +178,7 @@ void check_trigger(Deck& d, const Model& m, const ConversionDef& c)
       for (int e : m.elset[f.elset].item) breakable[e] = 1;
   for (int e : m.elset[c.elset].item)
     if (breakable[e]) return;
-  refuse(d, "CONVERSION", c.place, m.elset[c.elset].name,
+  refuse(d, "CONVERSION", c.deck_line, m.elset[c.elset].name,
          "no element of this set is in an *EIGENFRACTURE: none can break and become "
          "points; write one, or use TRIGGER=DISTORTION or TIME");
 }
@@ -198,7 +198,7 @@ void make_body(Model& m, ConversionDef& c, int section, const IntVec& elem)
   b.material  = m.section[section].material;
   b.plane     = elem_table[m.mesh.elem_type[elem[0]]].plane;
   b.thickness = m.section[section].thickness;
-  b.place     = c.place;
+  b.deck_line     = c.deck_line;
   for (int i = 0; i < m.dim; ++i) {
     b.lo[i] = 1e300;
     b.hi[i] = -1e300;
@@ -212,7 +212,7 @@ void make_body(Model& m, ConversionDef& c, int section, const IntVec& elem)
   bond.kind  = BOND_MESH_GRID;
   bond.name  = name;
   bond.body  = static_cast<int>(m.body.size());
-  bond.place = c.place;
+  bond.deck_line = c.deck_line;
   c.body[section]    = bond.body;
   c.bond_of[section] = static_cast<int>(m.bond.size());
   m.body.push_back(b);
@@ -234,7 +234,7 @@ void check_cells(Deck& d, const Model& m, const ConversionDef& c)
   double h = 0.0;
   for (int i = 0; i < m.dim; ++i) h = std::max(h, m.grid.h[i]);
   if (h > 3.0 * smallest)
-    refuse(d, "CONVERSION", c.place, m.elset[c.elset].name,
+    refuse(d, "CONVERSION", c.deck_line, m.elset[c.elset].name,
            "the cells of the grid (" + text_number(h) +
                ") are more than three times as large as the "
                "smallest edge of these elements (" +
@@ -247,7 +247,7 @@ void make_bodies(Deck& d, Model& m, ConversionDef& c)
   c.bond_of.assign(m.section.size(), -1);
   if (c.elset < 0) return;
   if (model_find_body(m, c.body_name) >= 0 && c.body_name != "CONVERTED")
-    return refuse(d, "CONVERSION", c.place, c.body_name,
+    return refuse(d, "CONVERSION", c.deck_line, c.body_name,
                   "body " + c.body_name + " is defined already; choose another name");
   check_per_elem(d, m, c);
   check_trigger(d, m, c);

@@ -12,11 +12,11 @@ void make_twin(Deck& d, Model& m, Frame& f)
 {
   const double* X = &m.mesh.X[3 * static_cast<std::size_t>(f.node)];
   const double x = X[0], y = X[1], z = X[2];
-  f.twin     = mesh_add_node(d, m, -m.mesh.node_label[f.node], x, y, z, deck_field(d, f.place, ""));
+  f.twin     = mesh_add_node(d, m, -m.mesh.node_label[f.node], x, y, z, deck_field(d, f.deck_line, ""));
   f.equation = static_cast<int>(m.equation.size());
   for (int j = 0; j < m.dim; ++j) {
     Equation e;
-    e.place = f.place;
+    e.deck_line = f.deck_line;
     e.of    = EQUATION_TRANSFORM;
     e.term.push_back({f.node, j, 1.0});
     for (int i = 0; i < m.dim; ++i) e.term.push_back({f.twin, i, -f.axis[3 * i + j]});
@@ -53,7 +53,7 @@ void frame_resolve(Deck& d, Model& m)
   }
   if (m.frame.empty() || m.conversion.empty()) return;
   d.word = "TRANSFORM";
-  deck_error(d, deck_field(d, m.frame[0].place, "TRANSFORM"),
+  deck_error(d, deck_field(d, m.frame[0].deck_line, "TRANSFORM"),
              "*TRANSFORM cannot be combined with *CONVERSION: points have no local directions; fix them by "
              "*BOND, TYPE=GROUND, or leave out *TRANSFORM");
 }

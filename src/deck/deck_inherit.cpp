@@ -142,8 +142,8 @@ void warn_repeated(Deck& d, const Step& s, const std::vector<Load>& kept)
       if (!l.per_mass && l.dir != old.dir) continue;
       if (!intersect(l.body, old.body) && !intersect(l.elem, old.elem)) continue;
       d.word = l.keyword;
-      deck_warn(d, deck_field(d, l.place, ""), "adds to the load of " + old.place.file +
-                text_format(" line %d: a volume load is replaced only ", old.place.line) +
+      deck_warn(d, deck_field(d, l.deck_line, ""), "adds to the load of " + old.deck_line.file +
+                text_format(" line %d: a volume load is replaced only ", old.deck_line.line) +
                 "by one with the same target and direction; OP=NEW removes all");
       break;
     }
@@ -157,8 +157,8 @@ void warn_added(Deck& d, const Step& s)
     const auto first = loads.emplace(l.key, &l);
     if (first.second) continue;
     d.word = l.keyword;
-    const Place& at = first.first->second->place;
-    deck_warn(d, deck_field(d, l.place, ""),
+    const DeckLine& at = first.first->second->deck_line;
+    deck_warn(d, deck_field(d, l.deck_line, ""),
               "adds to the load of " + at.file + text_format(" line %d", at.line) +
                   " with the same target and direction in this step");
   }
@@ -179,7 +179,7 @@ void give_surface(Model& m, Load& l)
     if (at == m.surface.end()) {
       Surface s;
       s.face  = l.face;
-      s.place = l.place;
+      s.deck_line = l.deck_line;
       m.surface.push_back(s);
     }
   }
@@ -249,10 +249,10 @@ void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::
     if (other < 0) continue;
     d.word = "BOUNDARY";
     deck_warn(
-        d, deck_field(d, list[other].place, ""),
+        d, deck_field(d, list[other].deck_line, ""),
         text_format("replaces the value of line %d for node %d, direction %d in this step; the last value "
                     "is used",
-                    b.place.line, m.mesh.node_label[at], b.first + 1));
+                    b.deck_line.line, m.mesh.node_label[at], b.first + 1));
   }
   const auto empty = [](const Prescribed& b) { return b.node.empty(); };
   list.erase(std::remove_if(list.begin(), list.end(), empty), list.end());
@@ -290,7 +290,7 @@ void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, c
   load.keyword = keyword;
   load.key     = std::string(keyword) + " " + key;
   for (double n : load.dir) load.key += " " + text_number(n);
-  load.place = deck_place(d, at);
+  load.deck_line = deck_line_of(d, at);
   m.step.back().load.push_back(std::move(load));
 }
 

@@ -58,12 +58,12 @@ int index_of(Deck& d, const LabelIndex& index, const Field& at, int label, const
 }
 
 // a set with the label as its name, so that a single node can be used as a set
-int set_of_one(std::vector<Set>& sets, const std::string& name, int item, const Place& place)
+int set_of_one(std::vector<Set>& sets, const std::string& name, int item, const DeckLine& deck_line)
 {
   for (std::size_t i = 0; i < sets.size(); ++i)
     if (sets[i].name == name) return static_cast<int>(i);
   IntVec one{item};
-  return set_merge(sets, name, one, place);
+  return set_merge(sets, name, one, deck_line);
 }
 
 bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets,
@@ -183,7 +183,7 @@ const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
 // ---------------------------------------------------------------------------
 // set_merge : adds items (in any order) to the set of this name, created if needed. Returns its index.
 // ---------------------------------------------------------------------------
-int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place)
+int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const DeckLine& deck_line)
 {
   sort_once(item);
   for (std::size_t i = 0; i < sets.size(); ++i) {
@@ -197,7 +197,7 @@ int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, con
   Set s;
   s.name = name;
   s.item = item;
-  s.place = place;
+  s.deck_line = deck_line;
   sets.push_back(s);
   return static_cast<int>(sets.size()) - 1;
 }
@@ -228,7 +228,7 @@ int target_nset(Deck& d, Model& m, const Field& at)
   int label = 0;
   if (!target_label(at.text, label)) return target(d, at, m.nset, "node set", "NSET");
   const int n = index_of(d, d.labels.node, at, label, "node");
-  return n < 0 ? -1 : set_of_one(m.nset, std::to_string(label), n, deck_place(d, at));
+  return n < 0 ? -1 : set_of_one(m.nset, std::to_string(label), n, deck_line_of(d, at));
 }
 
 int target_elset(Deck& d, Model& m, const Field& at)
@@ -236,7 +236,7 @@ int target_elset(Deck& d, Model& m, const Field& at)
   int label = 0;
   if (!target_label(at.text, label)) return target(d, at, m.elset, "element set", "ELSET");
   const int e = index_of(d, d.labels.elem, at, label, "element");
-  return e < 0 ? -1 : set_of_one(m.elset, std::to_string(label), e, deck_place(d, at));
+  return e < 0 ? -1 : set_of_one(m.elset, std::to_string(label), e, deck_line_of(d, at));
 }
 
 int target_material(Deck& d, const Model& m, const Field& at)

@@ -16,10 +16,11 @@ void give_sections(Deck& d, Model& m)
     for (int e : m.elset[s.elset].item) {
       int& section = m.mesh.elem_section[e];
       if (section >= 0 && !reported) {
-        deck_error(d, deck_field(d, s.place, m.elset[s.elset].name),
+        deck_error(d, deck_field(d, s.deck_line, m.elset[s.elset].name),
                    text_format("element %d has a section already, in ", m.mesh.elem_label[e]) +
-                       m.section[section].place.file +
-                       text_format(" line %d; an element has one section", m.section[section].place.line));
+                       m.section[section].deck_line.file +
+                       text_format(" line %d; an element has one section",
+                                   m.section[section].deck_line.line));
         reported = true;
       }
       section = static_cast<int>(i);
@@ -50,7 +51,7 @@ void force_nlgeom(Deck& d, Model& m)
     if (!a.used || !a.hyper) continue;
     for (std::size_t k = 0; k < m.step.size(); ++k) {
       if (m.step[k].nlgeom) continue;
-      deck_warn(d, deck_field(d, m.step[k].place, "STEP"),
+      deck_warn(d, deck_field(d, m.step[k].deck_line, "STEP"),
                 "material " + a.name + " is hyperelastic: step " + std::to_string(k + 1) +
                     " is computed with NLGEOM; write *STEP, NLGEOM");
       m.step[k].nlgeom = true;
@@ -81,7 +82,7 @@ void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
   for (std::size_t b = 0; b < hit.size(); ++b) {
     if (hit[b] == 0) continue;
     if (hit[b] < m.elset[m.body[b].elset].item.size())
-      deck_error(d, deck_field(d, l.place, ""),
+      deck_error(d, deck_field(d, l.deck_line, ""),
                  "the load acts on a part of body " + m.body[b].name +
                      ", but loads act on whole bodies; name the body");
     if (std::find(l.body.begin(), l.body.end(), static_cast<int>(b)) == l.body.end())
@@ -96,7 +97,7 @@ void default_scheme(Deck& d, const Model& m, Step& s)
 {
   if (s.proc != PROC_DYNAMIC) return;
   if (s.scheme == SCHEME_HHT && (!m.body.empty() || !m.conversion.empty()))
-    deck_error(d, deck_field(d, s.place, ""),
+    deck_error(d, deck_field(d, s.deck_line, ""),
                "SCHEME=HHT (ALPHA) is not available with material points; use SCHEME=ENERGY-MOMENTUM, "
                "DISSIPATION=0 ... 0.5");
   bool nonlinear = s.nlgeom || !m.body.empty() || !m.fracture.empty() || !m.conversion.empty();

@@ -87,7 +87,7 @@ struct TieDef {                // *TIE, imposed by equations (deck_tie.cpp)
   int slave = -1, master = -1; // surfaces
   double tolerance = 0.0;      // max. distance of a slave node; 0: default            length
   bool adjust = true;          // slave nodes are moved onto the master faces at t = 0
-  Place place;
+  DeckLine deck_line;
 };
 
 enum CouplingKind { COUPLING_OPEN, COUPLING_KINEMATIC, COUPLING_DISTRIBUTING, COUPLING_RIGID };
@@ -99,7 +99,7 @@ struct CouplingDef {           // *COUPLING, *RIGID BODY, imposed by equations (
   int ref = -1, turn = -1;     // reference node; node without elements whose displacements are its rotation
   int surface = -1, elset = -1;
   bool coupled[6] = {true, true, true, true, true, true};  // directions
-  Place place;
+  DeckLine deck_line;
 };
 
 struct Removes {               // OP=NEW in a step
@@ -221,9 +221,9 @@ std::string text_suggest(const std::string& word, const std::vector<std::string>
 void deck_error(Deck& d, const Field& at, const std::string& text);
 void deck_warn(Deck& d, const Field& at, const std::string& text);
 void deck_print_messages(const Deck& d);
-Place deck_place(const Deck& d, const Field& at);
+DeckLine deck_line_of(const Deck& d, const Field& at);
 std::string spot_text(const Deck& d, const Spot& s);       // "FILE line N"
-Field deck_field(const Deck& d, const Place& place, const std::string& word);   // position of the word
+Field deck_field(const Deck& d, const DeckLine& deck_line, const std::string& word);   // position of the word
 
 // ---- lines (deck_lines.cpp) ------------------------------------------------
 bool deck_open(Deck& d, const std::string& path, const Field* from);
@@ -256,14 +256,14 @@ std::string element_type_words();                          // allowed values of 
 int mesh_max_label(const IntVec& label);
 void mesh_centroid(const Mesh& mesh, int e, double x[3]);
 const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m);
-int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place);
+int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const DeckLine& deck_line);
 std::vector<std::string> names_of_sets(const std::vector<Set>& sets);
 std::string element_type_here(const Deck& d, const std::string& type);   // its meaning in the open file
 // facet_nodes : number of nodes of a lower-dimensional type, and of its corners; 0: not such a type
 int facet_nodes(const std::string& type, int dim, int& corners);
 void facet_add(Deck& d, int label, const Facet& f);
 // facet_set_merge : adds facets to the set of this name, and their nodes to the node set
-void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place);
+void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const DeckLine& deck_line);
 void facet_surfaces(Deck& d, Model& m);                    // once the mesh is complete (deck_facet.cpp)
 void absent_report(Deck& d);                   // reports unavailable types (deck_facet.cpp)
 bool target_label(const std::string& text, int& label);

@@ -20,13 +20,13 @@ const int MAX_LISTED = 5;      // nodes listed in a warning  (no test)
 void fault(Deck& d, const TieDef& t, const std::string& text)
 {
   d.word = "TIE";
-  deck_error(d, deck_field(d, t.place, ""), text);
+  deck_error(d, deck_field(d, t.deck_line, ""), text);
 }
 
 void warn(Deck& d, const TieDef& t, const std::string& text)
 {
   d.word = "TIE";
-  deck_warn(d, deck_field(d, t.place, ""), text);
+  deck_warn(d, deck_field(d, t.deck_line, ""), text);
 }
 
 // faces of a surface; empty: it cannot be tied, which is reported
@@ -176,7 +176,7 @@ IntVec free_neighbours(const Tied& t, const DofSet& fixed, int node, int i)
 }
 
 // D u_s + sum over fixed h of part D_h u_h = sum of (D c_sm + part D_h c_hm) u_m                       (5.11)
-std::vector<Equation> equations_of(const Tied& t, const DofSet& fixed, int dim, const Place& place)
+std::vector<Equation> equations_of(const Tied& t, const DofSet& fixed, int dim, const DeckLine& deck_line)
 {
   std::vector<Equation> out;
   for (int i = 0; i < dim; ++i) {
@@ -196,7 +196,7 @@ std::vector<Equation> equations_of(const Tied& t, const DofSet& fixed, int dim, 
     for (std::size_t k = 0; k < t.row.size(); ++k) {
       if (fixed.count({t.row[k].node, i})) continue;
       Equation e;
-      e.place = place;
+      e.deck_line = deck_line;
       e.of    = EQUATION_TIE;
       const double diagonal = sum[k][t.row[k].node];
       e.term.push_back({t.row[k].node, i, 1.0});
@@ -221,7 +221,7 @@ void add_equations(Model& m, const TieDef& def, const Tied& t)
     const auto same = made.find(fixed);
     if (same == made.end()) {
       IntVec& list = made[fixed];
-      for (Equation& e : equations_of(t, fixed, m.dim, def.place)) {
+      for (Equation& e : equations_of(t, fixed, m.dim, def.deck_line)) {
         list.push_back(static_cast<int>(m.equation.size()));
         m.equation.push_back(std::move(e));
       }

@@ -36,7 +36,7 @@ void kw_amplitude(Card& card, Model& model)
 {
   Amplitude a;
   a.name  = card_param_name(card, "NAME");
-  a.place = card_place(card);
+  a.deck_line = card_deck_line(card);
   a.total_time = card_param_word(card, "TIME", "STEP TIME|TOTAL TIME", 0) == 1;
   const int kind = card_param_word(card, "DEFINITION", DEFINITIONS, 0);
   a.kind = static_cast<AmplitudeKind>(kind < 0 ? 0 : kind);

@@ -46,7 +46,7 @@ void kw_bond(Card& card, Model& model)
 {
   BondDef b;
   b.name    = card_param_name(card, "NAME");
-  b.place   = card_place(card);
+  b.deck_line   = card_deck_line(card);
   b.kind    = card_param_word(card, "TYPE", "GRID|GROUND", 0) == 1 ? BOND_GROUND : BOND_MESH_GRID;
   b.penalty = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha   = card_param_real(card, "ALPHA", 0.0, above(0.0));

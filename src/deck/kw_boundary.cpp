@@ -89,7 +89,7 @@ void add_support(Deck& d, Model& m, Line line, int amplitude, bool velocity)
   b.value = line.value;
   b.velocity  = velocity;
   b.amplitude = amplitude;
-  b.place = deck_place(d, line.target);
+  b.deck_line = deck_line_of(d, line.target);
   if (prescribe_rotations(d, m, line, b)) line.last = std::min(line.last, m.dim - 1);
   else if (!drop_missing_directions(d, m, line)) return;
   frame_nodes(d, m, b.node);

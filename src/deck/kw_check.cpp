@@ -95,7 +95,7 @@ void kw_check(Card& card, Model& model)
   int lines = 0;
   while (type >= 0 && card_line(card)) {
     ++lines;
-    c.place = line_place(card);
+    c.deck_line = line_place(card);
     if (type == 1) read_field(card, model, c, list);
     else read_history(card, c, list);
   }

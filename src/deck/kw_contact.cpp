@@ -129,7 +129,7 @@ void complete_rules(Deck& d, Model& m, int general)
   BondDef& g = m.bond[general];
   if (g.contact.include.empty()) g.contact.include.push_back(ContactRule());
   if (all_excluded(g))
-    deck_error(d, deck_field(d, g.place, "CONTACT"),
+    deck_error(d, deck_field(d, g.deck_line, "CONTACT"),
                "*CONTACT EXCLUSIONS remove all inclusions; no contact is left");
   for (const BondDef& b : m.bond)
     if (b.kind == BOND_CONTACT && !b.contact.general && b.surface >= 0 && b.contact.master >= 0) {
@@ -139,7 +139,7 @@ void complete_rules(Deck& d, Model& m, int general)
       g.contact.exclude.push_back(rule);
     }
   if (g.contact.include.size() + g.contact.exclude.size() + g.contact.property.size() > MAX_RULES)
-    deck_error(d, deck_field(d, g.place, "CONTACT"),
+    deck_error(d, deck_field(d, g.deck_line, "CONTACT"),
                "more than 30 inclusions, exclusions, properties and contact pairs in total");
 }
 
@@ -155,7 +155,7 @@ void kw_contact(Card& card, Model& model)
   b.kind     = BOND_CONTACT;
   b.contact.general  = true;
   b.name     = card_param(card, "NAME") ? card_param_name(card, "NAME") : "GENERAL";
-  b.place    = card_place(card);
+  b.deck_line    = card_deck_line(card);
   b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
   b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));

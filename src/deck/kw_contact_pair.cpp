@@ -21,7 +21,7 @@ void kw_contact_pair(Card& card, Model& model)
   BondDef b;
   b.kind     = BOND_CONTACT;
   b.name     = card_param_name(card, "NAME");
-  b.place    = card_place(card);
+  b.deck_line    = card_deck_line(card);
   b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
   b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));

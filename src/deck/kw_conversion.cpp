@@ -9,7 +9,7 @@
 void kw_conversion(Card& card, Model& model)
 {
   ConversionDef c;
-  c.place    = card_place(card);
+  c.deck_line    = card_deck_line(card);
   const int trigger = card_param_word(card, "TRIGGER", "EROSION|DISTORTION|TIME", 0);
   c.trigger  = static_cast<ConversionTrigger>(trigger < 0 ? 0 : trigger);
   c.per_elem = card_param_int(card, "POINTS", 2, 1, 10);

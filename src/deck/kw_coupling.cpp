@@ -40,7 +40,7 @@ void kw_coupling(Card& card, Model&)
   Deck& deck = *card.deck;
   CouplingDef c;
   c.name  = card_param_name(card, "CONSTRAINT NAME");
-  c.place = card_place(card);
+  c.deck_line = card_deck_line(card);
   c.ref_at = card_param_field(card, "REF NODE");
   const Field surface = card_param_field(card, "SURFACE");
   for (const CouplingDef& other : deck.coupling)
@@ -71,7 +71,7 @@ void kw_rigid_body(Card& card, Model&)
   Deck& deck = *card.deck;
   CouplingDef c;
   c.kind   = COUPLING_RIGID;
-  c.place  = card_place(card);
+  c.deck_line  = card_deck_line(card);
   c.ref_at = card_param_field(card, "REF NODE");
   c.name   = "RIGID_" + text_upper(c.ref_at.text);
   const Field elset = card_param_field(card, "ELSET");

@@ -79,7 +79,7 @@ void check_words(Card& card, const FractureDef& f)
 void kw_eigenfracture(Card& card, Model& model)
 {
   FractureDef f;
-  f.place = card_place(card);
+  f.deck_line = card_deck_line(card);
   const int criterion = card_param_word(card, "CRITERION", criterion_words, 0),
             estimate = card_param_word(card, "ESTIMATE", "AUTO|FORCE|BALL", 0);
   const int drive = card_param_word(card, "SPLIT", drive_words, 0),

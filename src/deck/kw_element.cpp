@@ -70,7 +70,7 @@ void read_facets(Card& card, Model& model, int nen, int corners)
     item.push_back(static_cast<int>(d.facets.list.size()));
     facet_add(d, label, f);
   }
-  if (!set.empty()) facet_set_merge(d, model, set, item, card_place(card));
+  if (!set.empty()) facet_set_merge(d, model, set, item, card_deck_line(card));
 }
 
 // reads elements of an unavailable type, which are reported once at the end of the mesh. remedy: empty for a
@@ -138,5 +138,5 @@ void kw_element(Card& card, Model& model)
     if (!label_is_new(card, label)) continue;
     item.push_back(mesh_add_elem(*card.deck, model, label, type, node, card.whole));
   }
-  if (!set.empty()) set_merge(model.elset, set, item, card_place(card));
+  if (!set.empty()) set_merge(model.elset, set, item, card_deck_line(card));
 }

@@ -27,10 +27,10 @@ int node_of(Deck& d, const Model& m, const Field& at)
   return -1;
 }
 
-void add_equation(Deck& d, Model& m, const Place& place, const std::vector<Term>& term)
+void add_equation(Deck& d, Model& m, const DeckLine& deck_line, const std::vector<Term>& term)
 {
   Equation e;
-  e.place = place;
+  e.deck_line = deck_line;
   for (const Term& t : term) {
     const int node = node_of(d, m, t.node);
     if (node < 0) return;
@@ -50,15 +50,15 @@ void add_equation(Deck& d, Model& m, const Place& place, const std::vector<Term>
     if (other.term[0].node == e.term[0].node && other.term[0].dof == e.term[0].dof)
       return deck_error(d, term[0].node,
                         text_format("direction %d of node %d is dependent already, in the equation of ",
-                        e.term[0].dof + 1, m.mesh.node_label[e.term[0].node]) + other.place.file +
-                        text_format(" line %d; begin this one with another term", other.place.line));
+                        e.term[0].dof + 1, m.mesh.node_label[e.term[0].node]) + other.deck_line.file +
+                        text_format(" line %d; begin this one with another term", other.deck_line.line));
   m.equation.push_back(e);
 }
 
 // n, then n times node, direction, coefficient, over any number of lines
 void read_equation(Card& card, const Model& model)
 {
-  const Place place = line_place(card);
+  const DeckLine deck_line = line_place(card);
   const int errors  = card.deck->messages.errors;
   const int n       = card_int(card, "number of terms", 2, 1000000);
   std::vector<Term> term;
@@ -75,7 +75,7 @@ void read_equation(Card& card, const Model& model)
     term.push_back(t);
   }
   if (card.deck->messages.errors == errors)
-    card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { add_equation(d, m, place, term); });
+    card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { add_equation(d, m, deck_line, term); });
   else
     card.next = card.field.size();
 }

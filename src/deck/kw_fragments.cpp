@@ -5,7 +5,7 @@ void kw_fragments(Card& card, Model& model)
 {
   FragmentsDef& f = model.output.fragments;
   f.on        = true;
-  f.place     = card_place(card);
+  f.deck_line     = card_deck_line(card);
   f.frequency = card_param_int(card, "FREQUENCY", 0, 1, 2147483647);
   f.interval  = card_param_real(card, "TIME INTERVAL", 0.0, above(0.0));
   if (card_param(card, "FREQUENCY") && card_param(card, "TIME INTERVAL"))

@@ -10,9 +10,10 @@ void kw_grid(Card& card, Model& model)
   Grid& g = model.grid;
   if (g.given)
     card_error(card, card.head.at,
-               "the grid is defined already, in " + g.place.file + text_format(" line %d", g.place.line));
+               "the grid is defined already, in " + g.deck_line.file +
+                   text_format(" line %d", g.deck_line.line));
   g.given = true;
-  g.place = card_place(card);
+  g.deck_line = card_deck_line(card);
   g.weak  = card_param_real(card, "WEAK", 0.05, from_to(0.0, 0.5));
   g.keep  = card_param_real(card, "KEEP", 0.1, from_to(0.0, 0.5));
   double hi[3];

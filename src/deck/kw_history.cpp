@@ -78,7 +78,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   if (q < 0 || !card_good(card)) return;
   h.what  = split_words(quantities.c_str())[q];
   h.name  = text_upper(name.text);
-  h.place = line_place(card);
+  h.deck_line = line_place(card);
   std::string column;
   if (column_built_in(h.name, column))
     card_error(card, name, "column " + column + " is built in; choose another name");

@@ -18,7 +18,7 @@ void read_broken(Card& card, Model& model)
   const char* const axis[3] = {"n1", "n2", "n3"};
   while (card_line(card)) {
     BrokenDef b;
-    b.place = line_place(card);
+    b.deck_line = line_place(card);
     const Field target = card_field(card, "element set or element");
     double norm = 0.0;
     for (int i = 0; i < model.dim; ++i)
@@ -43,7 +43,7 @@ const char* const component[6] = {"S11", "S22", "S33", "S12", "S13", "S23"};
 bool is_zero(const Expr& e) { return e.is_const() && e.value == 0.0; }
 
 // a plane sheet has S11, S22, S12, or S11, S22, S33 = 0, S12
-bool plane_components(Deck& d, const Place& at, int given, bool sheet, InitialStress& s)
+bool plane_components(Deck& d, const DeckLine& at, int given, bool sheet, InitialStress& s)
 {
   const auto no = [&](const char* text) {
     deck_error(d, deck_field(d, at, ""), text);
@@ -68,7 +68,7 @@ void apply_stress(Deck& d, Model& m, const Field& target, int given, const Initi
   if (s.body >= 0) {
     if (s.point >= 0)
       deck_error(d, target, "a body of material points has no integration points; leave their number out");
-    else if (m.dim == 3 || plane_components(d, s.place, given, m.body[s.body].plane == PLANE_STRESS, s))
+    else if (m.dim == 3 || plane_components(d, s.deck_line, given, m.body[s.body].plane == PLANE_STRESS, s))
       m.initial_stress.push_back(s);
     return;
   }
@@ -79,7 +79,7 @@ void apply_stress(Deck& d, Model& m, const Field& target, int given, const Initi
     for (int e : all)
       if ((elem_table[m.mesh.elem_type[e]].plane == PLANE_STRESS) == sheet) part.elem.push_back(e);
     if (part.elem.empty()) continue;
-    if (m.dim == 3 || plane_components(d, s.place, given, sheet, part)) m.initial_stress.push_back(part);
+    if (m.dim == 3 || plane_components(d, s.deck_line, given, sheet, part)) m.initial_stress.push_back(part);
   }
 }
 
@@ -88,7 +88,7 @@ void read_stress(Card& card, Model& model)
 {
   while (card_line(card)) {
     InitialStress s;
-    s.place = line_place(card);
+    s.deck_line = line_place(card);
     const Field target = card_field(card, "element set, element or body");
     if (card.field.size() == 8 && model.dim == 3)
       s.point = card_int(card, "integration point", 1, MAX_GAUSS) - 1;
@@ -121,7 +121,7 @@ void read_geostatic(Card& card, Model& model)
   const int up = model.dim - 1;
   while (card_line(card)) {
     InitialStress s;
-    s.place = line_place(card);
+    s.deck_line = line_place(card);
     const Field target = card_field(card, "element set, element or body");
     double a[2], x[2], side[2];
     for (int k = 0; k < 2; ++k) {
@@ -170,7 +170,7 @@ void kw_initial_conditions(Card& card, Model& model)
         card_error(card, card.whole, "direction 3 does not exist in a plane model; only 0 can be given");
       continue;
     }
-    v.place = line_place(card);
+    v.deck_line = line_place(card);
     if (card_good(card))
       card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { add_initial(d, m, target, v); });
   }

@@ -42,7 +42,7 @@ void kw_material_points(Card& card, Model& model)
 {
   Body b;
   b.name  = card_param_name(card, "BODY");
-  b.place = card_place(card);
+  b.deck_line = card_deck_line(card);
   const int fill = card_param_word(card, "FILL", "BLOCK|ELSET|REGION", 0);
   b.fill = static_cast<FillKind>(fill < 0 ? 0 : fill);
   b.per_cell  = card_param_int(card, "POINTS", 2, 1, 100);

@@ -187,11 +187,11 @@ void part_close(Card& card, Model& model, Part& p)
       if (p.side[n] >> s & 1) node.push_back(p.node[n]);
     Surface surface;
     surface.name  = p.name + "_" + p.side_name[s];
-    surface.place = card_place(card);
+    surface.deck_line = card_deck_line(card);
     surface.face.swap(p.face[s]);
-    set_merge(model.nset, surface.name, node, card_place(card));
+    set_merge(model.nset, surface.name, node, card_deck_line(card));
     model.surface.push_back(surface);
   }
-  set_merge(model.elset, p.name, p.elem, card_place(card));
-  set_merge(model.nset, p.name, p.node, card_place(card));
+  set_merge(model.elset, p.name, p.elem, card_deck_line(card));
+  set_merge(model.nset, p.name, p.node, card_deck_line(card));
 }

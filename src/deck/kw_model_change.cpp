@@ -42,12 +42,12 @@ void kw_model_change(Card& card, Model& model)
   std::sort(elem.begin(), elem.end());
   elem.erase(std::unique(elem.begin(), elem.end()), elem.end());
   if (card.deck->open.step) {
-    model.step.back().change.push_back({elem, add, card_place(card)});
+    model.step.back().change.push_back({elem, add, card_deck_line(card)});
     return;
   }
   BrokenDef b;
   b.remove = true;
-  b.place  = card_place(card);
+  b.deck_line  = card_deck_line(card);
   b.elem   = elem;
   model.broken.push_back(b);
 }

@@ -25,5 +25,5 @@ void kw_node(Card& card, Model& model)
                  spot_text(*card.deck, card.deck->labels.node_spot[old]) + "; give it another label");
     else item.push_back(mesh_add_node(*card.deck, model, label, x, y, z, card.whole));
   }
-  if (!set.empty()) set_merge(model.nset, set, item, card_place(card));
+  if (!set.empty()) set_merge(model.nset, set, item, card_deck_line(card));
 }

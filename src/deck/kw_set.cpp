@@ -149,7 +149,7 @@ void set_read(Card& card, Model& model, bool nodes)
   if (name.empty()) return;
   Deck& d = *card.deck;
   if (d.messages.errors > card.errors_before && !d.absent.elem.empty()) d.absent.set.insert(name);
-  facet_set_merge(*card.deck, model, name, facet, card_place(card));
+  facet_set_merge(*card.deck, model, name, facet, card_deck_line(card));
   if (item.empty() && !facet.empty()) return;
   if (item.empty() && card.deck->messages.errors == card.errors_before)
     card_error(card, card.head.at,
@@ -157,5 +157,5 @@ void set_read(Card& card, Model& model, bool nodes)
                    (card_param(card, "WHERE")
                         ? ": WHERE selects nothing; check the tolerance, for example \"abs(x - 1) < 1e-9\""
                         : "; give labels, set names or WHERE"));
-  set_merge(nodes ? model.nset : model.elset, name, item, card_place(card));
+  set_merge(nodes ? model.nset : model.elset, name, item, card_deck_line(card));
 }

@@ -46,7 +46,7 @@ void kw_solid_section(Card& card, Model& model)
     card_error(card, card.field[0], "elements in three dimensions have no thickness; leave this line out");
   s.lumped = card_param_word(card, "MASS", "CONSISTENT|LUMPED", 0) == 1;
   const bool mass_given = card_param(card, "MASS") != nullptr;
-  s.place = card_place(card);
+  s.deck_line = card_deck_line(card);
   if (card_param_real(card, "OFFSET", 0.0, any_number()) != 0.0)
     card_error(card, card_param(card, "OFFSET")->value, "plane elements lie in the plane: OFFSET must be 0");
   const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");

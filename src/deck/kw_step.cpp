@@ -15,7 +15,7 @@ void kw_step(Card& card, Model& model)
   facet_surfaces(d, model);
   deck_run_later(d, model, STAGE_STEP);
   Step s;
-  s.place   = card_place(card);
+  s.deck_line   = card_deck_line(card);
   s.ctl     = d.controls;
   s.nlgeom  = card_param_yes(card, "NLGEOM", true, !model.step.empty() && model.step.back().nlgeom);
   s.max_inc = card_param_int(card, "INC", s.max_inc, 1, 2147483647);

@@ -53,7 +53,7 @@ void add_faces(Deck& d, const Model& model, const std::vector<FaceLine>& lines, 
                       model.mesh.elem_label[first]));
   }
   if (d.messages.errors == before && s.face.empty())
-    deck_error(d, deck_field(d, s.place, "SURFACE"),
+    deck_error(d, deck_field(d, s.deck_line, "SURFACE"),
                "surface " + s.name + " is empty: no free face is selected");
 }
 
@@ -103,7 +103,7 @@ void read_nodes(Card& card, Model& model, const Surface& s)
     if (card_more(card)) card.next = card.field.size();        // an area, of no use here
     if (card_good(card)) target_nodes(*card.deck, model, target, node);
   }
-  if (!s.name.empty() && !node.empty()) set_merge(model.nset, s.name, node, s.place);
+  if (!s.name.empty() && !node.empty()) set_merge(model.nset, s.name, node, s.deck_line);
 }
 
 }  // namespace
@@ -116,7 +116,7 @@ void kw_surface(Card& card, Model& model)
 {
   Surface s;
   s.name  = card_param_name(card, "NAME");
-  s.place = card_place(card);
+  s.deck_line = card_deck_line(card);
   const int type = card_param_word(card, "TYPE", "ELEMENT|BODY|NODE", 0);
   card_flag(card, "INTERNAL");
   if (type == 2) return read_nodes(card, model, s);

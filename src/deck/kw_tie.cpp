@@ -7,7 +7,7 @@ void kw_tie(Card& card, Model&)
 {
   TieDef t;
   t.name      = card_param_name(card, "NAME");
-  t.place     = card_place(card);
+  t.deck_line     = card_deck_line(card);
   t.tolerance = card_param_real(card, "POSITION TOLERANCE", 0.0, above(0.0));
   card_param_word(card, "TYPE", "SURFACE TO SURFACE|NODE TO SURFACE", 0);
   t.adjust    = card_param_yes(card, "ADJUST", true, true);

@@ -48,7 +48,7 @@ void kw_transform(Card& card, Model& model)
   for (int n : node) {
     Frame f;
     f.node  = n;
-    f.place = card_place(card);
+    f.deck_line = card_deck_line(card);
     if (!about_axis) set_axes(e1, cross(e3, e1), e3, f.axis);
     else if (!cylindrical(model, n, a, e3, 1e-9 * size, f.axis))
       return card_error(card, card.whole,

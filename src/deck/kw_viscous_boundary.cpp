@@ -10,7 +10,7 @@ void kw_viscous_boundary(Card& card, Model& model)
     const Field surface = card_field(card, "surface");
     v.a = card_real_or(card, "factor a of the normal direction", 1.0, at_least(0.0));
     v.b = card_real_or(card, "factor b of the tangential directions", 1.0, at_least(0.0));
-    v.place = line_place(card);
+    v.deck_line = line_place(card);
     if (card_good(card) && v.a == 0.0 && v.b == 0.0)
       card_error(card, card.whole, "a and b are both 0: no damping; leave out the line");
     if (!card_good(card)) continue;

@@ -294,7 +294,7 @@ void tie_matrix(Dofs& s);
 // BAD_VALUE if a value is not finite, with a note of keyword, line, function, node or face, and time.
 
 // warn_once : warns of a line of the deck, once for each line and text, with node and time
-void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const Place& place, int node,
+void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const DeckLine& deck_line, int node,
                double time, const char* what);
 
 // dof_constrain : fixed dofs, their increments between two times of the step and their rates; sets fixed,

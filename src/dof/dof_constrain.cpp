@@ -102,7 +102,7 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
   const auto elsewhere = [&](int c) { return d.owned.on && d.owned.owner[c] != comm_rank(); };
   for (const SupportedCorner& h : corners)
     if (pts.field[h.corner] == FIELD_OWN && !elsewhere(h.corner))
-      warn_once(warned, m.mesh, "BOUNDARY", h.b->place, h.node, time,
+      warn_once(warned, m.mesh, "BOUNDARY", h.b->deck_line, h.node, time,
                 "its material point was released from its neighbours; the support has ended there");
   const bool any = !corners.empty();
   if (d.owned.on ? comm_allreduce_max(static_cast<int>(any)) == 0 : !any) return;
@@ -134,7 +134,7 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
     each_dof(d.grid, s, h, [&](int dof, double N) { moved += N * s.bound.target[dof]; });
     if (std::fabs(moved - h.increment) > 0.01 * s.rows.h_mean)
       warn_once(
-          warned, m.mesh, "BOUNDARY", h.b->place, h.node, time,
+          warned, m.mesh, "BOUNDARY", h.b->deck_line, h.node, time,
           "supports with different values meet at a node of the grid; the corners there move by a mean");
   }
 }
@@ -143,22 +143,22 @@ Failure bad_node(const Model& m, const Prescribed& b, int n, double time)
 {
   const std::string node = "node " + std::to_string(m.mesh.node_label[n]);
   return {BAD_VALUE,
-          value_text(m, "BOUNDARY", b.place, b.value, b.amplitude, node, &m.mesh.X[3 * n], time)};
+          value_text(m, "BOUNDARY", b.deck_line, b.value, b.amplitude, node, &m.mesh.X[3 * n], time)};
 }
 
 Failure bad_grid_node(const Model& m, const GridBc& b, const double* x, double time)
 {
   return {BAD_VALUE,
-          value_text(m, "GRID BOUNDARY", b.place, b.value, b.amplitude, "the grid node", x, time)};
+          value_text(m, "GRID BOUNDARY", b.deck_line, b.value, b.amplitude, "the grid node", x, time)};
 }
 
 }  // namespace
 
-void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const Place& place, int node,
+void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const DeckLine& deck_line, int node,
                double time, const char* what)
 {
-  if (!warned.insert(place.file + std::to_string(place.line) + what).second) return;
-  log_warn("%s line %d, *%s: node %d, time %.8g: %s", place.file.c_str(), place.line, keyword,
+  if (!warned.insert(deck_line.file + std::to_string(deck_line.line) + what).second) return;
+  log_warn("%s line %d, *%s: node %d, time %.8g: %s", deck_line.file.c_str(), deck_line.line, keyword,
            mesh.node_label[node], time, what);
 }
 
@@ -213,7 +213,7 @@ Failure constrain_nodes(const Model& m, const Discretisation& d, const State& st
     for (int n : b.node) {
       const int r = s.rows.row_of_node[n], c = d.follow.empty() ? FOLLOW_ELEMENT : d.follow[n];
       if (c == FOLLOW_NONE)
-        warn_once(warned, m.mesh, "BOUNDARY", b.place, n, total1,
+        warn_once(warned, m.mesh, "BOUNDARY", b.deck_line, n, total1,
                   "its last element is gone and no corner of a point lies there; the support has ended");
       if (r < 0 && c < 0) continue;
       const double* X    = &m.mesh.X[3 * n];

@@ -53,7 +53,7 @@ struct MatLaw {
   bool bar = false;            // integration points share their change of volume (1.14)
   const Material* material = nullptr;  // of the model, which is const
   CrackLaw crack;              // LAW_COHESIVE
-  int initial = -1;            // place of the initial strain in the history, -1: none (2.44)
+  int initial = -1;            // index of the initial strain in the history, -1: none (2.44)
 };
 
 MatLaw mat_law(const Material& m, Plane plane);

@@ -111,13 +111,13 @@ std::string position_text(const double* X, int dim)
   return text;
 }
 
-std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value,
+std::string value_text(const Model& m, const char* keyword, const DeckLine& deck_line, const Expr& value,
                        int amplitude, const std::string& where, const double* X, double time)
 {
   char when[40];
   std::snprintf(when, sizeof when, "%.8g", time);
-  std::string text = place.file + " line " + std::to_string(place.line) + ", *" + keyword + ": the value" +
-                     (value.is_const() ? "" : " \"" + value.text.substr(0, 200) + "\"");
+  std::string text = deck_line.file + " line " + std::to_string(deck_line.line) + ", *" + keyword +
+                     ": the value" + (value.is_const() ? "" : " \"" + value.text.substr(0, 200) + "\"");
   if (amplitude >= 0) {
     const Amplitude& a = m.amplitude[amplitude];
     text += " times amplitude " + a.name;

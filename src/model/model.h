@@ -17,7 +17,7 @@
 #include "base/types.h"
 #include "model/element_table.h"
 
-struct Place {                 // line of a deck file, for messages
+struct DeckLine {                 // line of a deck file, for messages
   std::string file;
   int line = 0;
 };
@@ -95,7 +95,7 @@ struct MeshPart {
 struct Set {                   // nodes or elements, ascending, each once
   std::string name;            // upper case
   IntVec item;
-  Place place;
+  DeckLine deck_line;
 };
 
 struct Member {                // element of a set or a surface, in a divided model
@@ -110,7 +110,7 @@ struct Surface {
   std::vector<Member> member;
   int body = -1;               // >= 0: the boundary of this body of material points
   Expr where;                  // body: faces all of whose corners satisfy where != 0 at t = 0
-  Place place;
+  DeckLine deck_line;
 };
 
 // Split of the energy into a part released by a crack and a part kept (doc/theory.md 2.1)
@@ -150,7 +150,7 @@ struct Material {
   // initial strain of elements or points (2.44); its index in the history of an integration point, -1: none
   bool prestressed = false;
   int initial = -1;
-  Place place;
+  DeckLine deck_line;
 };
 
 // cone_part : *DRUCKER PRAGER: cohesion of the cone over the stress of the test of its table     (2.39)
@@ -160,7 +160,7 @@ struct Section {               // *SOLID SECTION
   int elset;
   int material;
   double thickness = 1.0;      // length
-  Place place;
+  DeckLine deck_line;
   bool lumped = false;         // mass at the nodes instead of the consistent one
 };
 
@@ -172,7 +172,7 @@ struct Amplitude {
   bool total_time = false;     // TIME=TOTAL TIME; otherwise the time of the step
   RealVec t, y;                // table
   Expr expr;                   // AMP_EXPRESSION: function of t
-  Place place;
+  DeckLine deck_line;
 };
 
 // ---- material points ------------------------------------------------------
@@ -201,7 +201,7 @@ struct Body {                  // *MATERIAL POINTS
   int field = 0;               // grid field: bodies with the same number share grid unknowns
   bool hang = false;           // FILL_CONVERSION: corners may follow nodes of the mesh (7.14)
   CellRanks rank;              // divided model, FILL_BLOCK, FILL_REGION
-  Place place;
+  DeckLine deck_line;
 };
 
 struct Grid {                  // *GRID : a box of equal cells
@@ -212,17 +212,17 @@ struct Grid {                  // *GRID : a box of equal cells
   double weak = 0.05;          // extended basis: nodes with max_p S_pv below this are no unknowns; 0: off
   // cells by which a corner may move before the active grid is renewed; 0: every increment
   double keep = 0.1;
-  Place place;
+  DeckLine deck_line;
   // *GHOST: parts of E and rho that penalise jumps of the gradient at the boundary; 0: off
   double ghost_stiffness = 0.0;
   double ghost_mass      = 0.0;
-  Place ghost_place;           // file empty: no *GHOST
+  DeckLine ghost_place;           // file empty: no *GHOST
 };
 
 struct ViscousBoundary {       // *VISCOUS BOUNDARY
   int surface = -1;
   double a = 1.0, b = 1.0;     // factors of the impedance along the normal and across it
-  Place place;
+  DeckLine deck_line;
 };
 
 struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
@@ -231,7 +231,7 @@ struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
   int first = 0, last = 0;     // dofs, 0-based
   Expr value;                  // displacement, from the start of the run
   int amplitude = -1;
-  Place place;
+  DeckLine deck_line;
 };
 
 // treatment of contact surfaces that overlap at the start
@@ -284,7 +284,7 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   int amplitude = -1;
   int augment = 0;             // augmented Lagrange updates a step
   ContactDef contact;          // BOND_CONTACT
-  Place place;
+  DeckLine deck_line;
   bool pair() const { return contact.master >= 0; }          // *CONTACT PAIR
 };
 
@@ -294,7 +294,7 @@ struct InitialValue {          // *INITIAL CONDITIONS, TYPE=VELOCITY|DISPLACEMEN
   int body = -1;               // a body
   int dof = 0;
   Expr value;
-  Place place;
+  DeckLine deck_line;
 };
 
 struct InitialStress {         // *INITIAL CONDITIONS, TYPE=STRESS
@@ -302,7 +302,7 @@ struct InitialStress {         // *INITIAL CONDITIONS, TYPE=STRESS
   int body = -1;               // a body
   int point = -1;              // integration point of the elements, -1: all
   std::array<Expr, 6> value;   // 11 22 33 12 23 31                               force/length^2
-  Place place;
+  DeckLine deck_line;
 };
 
 // ---- fracture --------------------------------------------------------------
@@ -338,7 +338,7 @@ struct FractureDef {           // *EIGENFRACTURE
   double ft = 0.0;
   Softening softening = SOFTENING_LINEAR;
   std::vector<Member> member;  // divided model: elements of elset on this rank, halo too
-  Place place;
+  DeckLine deck_line;
 };
 
 enum ConversionTrigger { TRIGGER_EROSION, TRIGGER_DISTORTION, TRIGGER_TIME };
@@ -359,7 +359,7 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
   IntVec elem;                 // divided model: elements of the set, halo too
   IntVec body;                 // [section] body of material points, -1: no element of the section
   IntVec bond_of;              // [section] index into Model::bond
-  Place place;
+  DeckLine deck_line;
 };
 
 struct EquationTerm { int node, dof; double coef; };
@@ -369,7 +369,7 @@ enum EquationOf { EQUATION_GIVEN, EQUATION_TRANSFORM, EQUATION_TIE, EQUATION_COU
 
 struct Equation {              // *EQUATION : sum of coef u = 0; the first dof is the dependent one
   std::vector<EquationTerm> term;
-  Place place;
+  DeckLine deck_line;
   EquationOf of = EQUATION_GIVEN;
 };
 
@@ -379,27 +379,27 @@ struct Frame {                 // *TRANSFORM : directions of a node
   // [equation, equation + dim); -1: not needed by a support, load or equation
   int twin = -1, equation = -1;
   std::array<double, 9> axis;  // component j of direction i: [3*i + j]
-  Place place;
+  DeckLine deck_line;
 };
 
 struct RigidBody {             // *RIGID BODY
   // explicit steps with NLGEOM rotate its nodes as a rigid body (6.41); other steps use equations
   IntVec node;
   int ref = -1, turn = -1;     // reference node; auxiliary node with the rotation as displacements
-  Place place;
+  DeckLine deck_line;
 };
 
 struct BrokenDef {             // pre-cracks: *MODEL CHANGE, REMOVE and *INITIAL CONDITIONS, TYPE=BROKEN
   IntVec elem;
   bool remove = false;
   std::array<double, 3> normal{{0, 0, 0}};
-  Place place;
+  DeckLine deck_line;
 };
 
 struct ModelChange {           // *MODEL CHANGE in a step
   IntVec elem;
   bool add = false;            // else removed
-  Place place;
+  DeckLine deck_line;
 };
 
 // ---- steps ----------------------------------------------------------------
@@ -428,7 +428,7 @@ struct Load {
   bool of_position = false;       // value depends on position only: it is ramped like a constant
   Ramp ramp = RAMP_NONE;
   double hold = -1.0;          // RAMP_OUT: total time at which the value is taken
-  Place place;
+  DeckLine deck_line;
 };
 
 struct Prescribed {            // *BOUNDARY
@@ -439,7 +439,7 @@ struct Prescribed {            // *BOUNDARY
   int amplitude = -1;
   double factor = 1.0;         // last value of an amplitude that ended with its step
   bool ramp = false;           // from the displacement at the start of the step
-  Place place;
+  DeckLine deck_line;
 };
 
 enum Procedure { PROC_STATIC, PROC_DYNAMIC };
@@ -499,7 +499,7 @@ struct Step {
   std::vector<PrintRequest> print;
   IntVec equation;             // indices into Model::equation, active in this step
   std::vector<ModelChange> change;     // at the start of the step
-  Place place;
+  DeckLine deck_line;
   bool explicit_steps() const { return proc == PROC_DYNAMIC && scheme == SCHEME_EXPLICIT; }
   bool bulk() const { return explicit_steps() && (bulk_linear > 0.0 || bulk_quadratic > 0.0); }
   bool over(double t) const { return t >= period * (1.0 - 1e-10); }     // is t the end of the step?
@@ -518,7 +518,7 @@ struct HistoryDef {            // *HISTORY : one column each
   int contact = -1;            // CFORCE CGAP CAREA CWORK CPRESS: index into Model::bond
   bool at_point = false;       // at the material point X of t = 0
   std::array<double, 3> X{{0, 0, 0}};
-  Place place;
+  DeckLine deck_line;
 };
 
 struct VtkDef {                // *VTK
@@ -533,7 +533,7 @@ struct FragmentsDef {          // *FRAGMENTS
   bool on = false;
   int frequency = 0;           // every n increments, 0: not by number
   double interval = 0.0;       // every so much time, 0: not by time
-  Place place;
+  DeckLine deck_line;
 };
 
 struct RestartDef {            // *RESTART
@@ -560,7 +560,7 @@ struct Check {                 // *CHECK
   double target = 0.0;         // CHECK_HISTORY
   double tolerance = 0.0;      // absolute; relative tolerances are turned into absolute ones by the reader
   std::string source;          // ANALYTIC PUBLISHED CONVERGED PREVIOUS
-  Place place;
+  DeckLine deck_line;
 };
 
 enum SolverKind { SOLVER_AUTO, SOLVER_SKYLINE, SOLVER_MUMPS, SOLVER_CG, SOLVER_AMG };
@@ -675,7 +675,7 @@ double prescribed_value(const Model& m, const Prescribed& b, const double x[3], 
 
 // value_text : message of a value of the deck that is not finite
 //   in   keyword   without star; where: node, face or element; X: its position at t = 0      [3]
-std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value,
+std::string value_text(const Model& m, const char* keyword, const DeckLine& deck_line, const Expr& value,
                        int amplitude, const std::string& where, const double* X, double time);
 
 // position_text : (1, 2), in space (1, 2, 3)

@@ -35,10 +35,10 @@ inline void io(Archive& f, Halo& x)
   io_fields<Halo>(f, common, shared, owner);
 }
 
-inline void io(Archive& f, Place& x)
+inline void io(Archive& f, DeckLine& x)
 {
   auto& [file, line] = x;
-  io_fields<Place>(f, file, line);
+  io_fields<DeckLine>(f, file, line);
 }
 
 inline void io(Archive& f, Mesh& x)
@@ -69,8 +69,8 @@ inline void io(Archive& f, MeshPart& x)
 
 inline void io(Archive& f, Set& x)
 {
-  auto& [name, item, place] = x;
-  io_fields<Set>(f, name, item, place);
+  auto& [name, item, deck_line] = x;
+  io_fields<Set>(f, name, item, deck_line);
 }
 
 inline void io(Archive& f, Face& x)
@@ -81,29 +81,29 @@ inline void io(Archive& f, Face& x)
 
 inline void io(Archive& f, Surface& x)
 {
-  auto& [name, face, member, body, where, place] = x;
-  io_fields<Surface>(f, name, face, member, body, where, place);
+  auto& [name, face, member, body, where, deck_line] = x;
+  io_fields<Surface>(f, name, face, member, body, where, deck_line);
 }
 
 inline void io(Archive& f, Material& x)
 {
   auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, dilation,
-         hardening, has_elastic, has_damping, used, hyper, breaks, prestressed, initial, place] = x;
+         hardening, has_elastic, has_damping, used, hyper, breaks, prestressed, initial, deck_line] = x;
   io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain,
                       friction, dilation, hardening, has_elastic, has_damping, used, hyper, breaks,
-                      prestressed, initial, place);
+                      prestressed, initial, deck_line);
 }
 
 inline void io(Archive& f, Section& x)
 {
-  auto& [elset, material, thickness, place, lumped] = x;
-  io_fields<Section>(f, elset, material, thickness, place, lumped);
+  auto& [elset, material, thickness, deck_line, lumped] = x;
+  io_fields<Section>(f, elset, material, thickness, deck_line, lumped);
 }
 
 inline void io(Archive& f, Amplitude& x)
 {
-  auto& [name, kind, total_time, t, y, expr, place] = x;
-  io_fields<Amplitude>(f, name, kind, total_time, t, y, expr, place);
+  auto& [name, kind, total_time, t, y, expr, deck_line] = x;
+  io_fields<Amplitude>(f, name, kind, total_time, t, y, expr, deck_line);
 }
 
 inline void io(Archive& f, CellRanks& x)
@@ -115,27 +115,27 @@ inline void io(Archive& f, CellRanks& x)
 inline void io(Archive& f, Body& x)
 {
   auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, hang, rank,
-         place] = x;
+         deck_line] = x;
   io_fields<Body>(f, name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field,
-                  hang, rank, place);
+                  hang, rank, deck_line);
 }
 
 inline void io(Archive& f, Grid& x)
 {
-  auto& [given, lo, h, n, weak, keep, place, ghost_stiffness, ghost_mass, ghost_place] = x;
-  io_fields<Grid>(f, given, lo, h, n, weak, keep, place, ghost_stiffness, ghost_mass, ghost_place);
+  auto& [given, lo, h, n, weak, keep, deck_line, ghost_stiffness, ghost_mass, ghost_place] = x;
+  io_fields<Grid>(f, given, lo, h, n, weak, keep, deck_line, ghost_stiffness, ghost_mass, ghost_place);
 }
 
 inline void io(Archive& f, ViscousBoundary& x)
 {
-  auto& [surface, a, b, place] = x;
-  io_fields<ViscousBoundary>(f, surface, a, b, place);
+  auto& [surface, a, b, deck_line] = x;
+  io_fields<ViscousBoundary>(f, surface, a, b, deck_line);
 }
 
 inline void io(Archive& f, GridBc& x)
 {
-  auto& [axis, position, first, last, value, amplitude, place] = x;
-  io_fields<GridBc>(f, axis, position, first, last, value, amplitude, place);
+  auto& [axis, position, first, last, value, amplitude, deck_line] = x;
+  io_fields<GridBc>(f, axis, position, first, last, value, amplitude, deck_line);
 }
 
 inline void io(Archive& f, ContactSide& x)
@@ -161,27 +161,27 @@ inline void io(Archive& f, ContactDef& x)
 inline void io(Archive& f, BondDef& x)
 {
   auto& [name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction, motion, amplitude,
-         augment, contact, place] = x;
+         augment, contact, deck_line] = x;
   io_fields<BondDef>(f, name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction,
-                     motion, amplitude, augment, contact, place);
+                     motion, amplitude, augment, contact, deck_line);
 }
 
 inline void io(Archive& f, InitialValue& x)
 {
-  auto& [displacement, node, body, dof, value, place] = x;
-  io_fields<InitialValue>(f, displacement, node, body, dof, value, place);
+  auto& [displacement, node, body, dof, value, deck_line] = x;
+  io_fields<InitialValue>(f, displacement, node, body, dof, value, deck_line);
 }
 
 inline void io(Archive& f, InitialStress& x)
 {
-  auto& [elem, body, point, value, place] = x;
-  io_fields<InitialStress>(f, elem, body, point, value, place);
+  auto& [elem, body, point, value, deck_line] = x;
+  io_fields<InitialStress>(f, elem, body, point, value, deck_line);
 }
 
 inline void io(Archive& f, ModelChange& x)
 {
-  auto& [elem, add, place] = x;
-  io_fields<ModelChange>(f, elem, add, place);
+  auto& [elem, add, deck_line] = x;
+  io_fields<ModelChange>(f, elem, add, deck_line);
 }
 
 inline void io(Archive& f, Member& x)
@@ -194,18 +194,18 @@ inline void io(Archive& f, FractureDef& x)
 {
   auto& [elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon, spacing,
          interval, stiffness, release, average, tolerance, fallback, start, ft, softening, member,
-         place] = x;
+         deck_line] = x;
   io_fields<FractureDef>(f, elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed,
                          epsilon, spacing, interval, stiffness, release, average, tolerance, fallback, start,
-                         ft, softening, member, place);
+                         ft, softening, member, deck_line);
 }
 
 inline void io(Archive& f, ConversionDef& x)
 {
   auto& [elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, elem, body, bond_of,
-         place] = x;
+         deck_line] = x;
   io_fields<ConversionDef>(f, elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, elem,
-                           body, bond_of, place);
+                           body, bond_of, deck_line);
 }
 
 inline void io(Archive& f, EquationTerm& x)
@@ -216,40 +216,40 @@ inline void io(Archive& f, EquationTerm& x)
 
 inline void io(Archive& f, Equation& x)
 {
-  auto& [term, place, of] = x;
-  io_fields<Equation>(f, term, place, of);
+  auto& [term, deck_line, of] = x;
+  io_fields<Equation>(f, term, deck_line, of);
 }
 
 inline void io(Archive& f, RigidBody& x)
 {
-  auto& [node, ref, turn, place] = x;
-  io_fields<RigidBody>(f, node, ref, turn, place);
+  auto& [node, ref, turn, deck_line] = x;
+  io_fields<RigidBody>(f, node, ref, turn, deck_line);
 }
 
 inline void io(Archive& f, Frame& x)
 {
-  auto& [node, twin, equation, axis, place] = x;
-  io_fields<Frame>(f, node, twin, equation, axis, place);
+  auto& [node, twin, equation, axis, deck_line] = x;
+  io_fields<Frame>(f, node, twin, equation, axis, deck_line);
 }
 
 inline void io(Archive& f, BrokenDef& x)
 {
-  auto& [elem, remove, normal, place] = x;
-  io_fields<BrokenDef>(f, elem, remove, normal, place);
+  auto& [elem, remove, normal, deck_line] = x;
+  io_fields<BrokenDef>(f, elem, remove, normal, deck_line);
 }
 
 inline void io(Archive& f, Load& x)
 {
   auto& [kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir, value,
-         amplitude, factor, of_position, ramp, hold, place] = x;
+         amplitude, factor, of_position, ramp, hold, deck_line] = x;
   io_fields<Load>(f, kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir,
-                  value, amplitude, factor, of_position, ramp, hold, place);
+                  value, amplitude, factor, of_position, ramp, hold, deck_line);
 }
 
 inline void io(Archive& f, Prescribed& x)
 {
-  auto& [node, first, last, value, velocity, amplitude, factor, ramp, place] = x;
-  io_fields<Prescribed>(f, node, first, last, value, velocity, amplitude, factor, ramp, place);
+  auto& [node, first, last, value, velocity, amplitude, factor, ramp, deck_line] = x;
+  io_fields<Prescribed>(f, node, first, last, value, velocity, amplitude, factor, ramp, deck_line);
 }
 
 inline void io(Archive& f, Controls& x)
@@ -274,17 +274,17 @@ inline void io(Archive& f, Step& x)
 {
   auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme,
          scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
-         extrapolate, ctl, load, prescribed, print, equation, change, place] = x;
+         extrapolate, ctl, load, prescribed, print, equation, change, deck_line] = x;
   io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc,
                   scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear,
                   bulk_quadratic, balance, extrapolate, ctl, load, prescribed, print, equation, change,
-                  place);
+                  deck_line);
 }
 
 inline void io(Archive& f, HistoryDef& x)
 {
-  auto& [name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, place] = x;
-  io_fields<HistoryDef>(f, name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, place);
+  auto& [name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, deck_line] = x;
+  io_fields<HistoryDef>(f, name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, deck_line);
 }
 
 inline void io(Archive& f, VtkDef& x)
@@ -295,8 +295,8 @@ inline void io(Archive& f, VtkDef& x)
 
 inline void io(Archive& f, FragmentsDef& x)
 {
-  auto& [on, frequency, interval, place] = x;
-  io_fields<FragmentsDef>(f, on, frequency, interval, place);
+  auto& [on, frequency, interval, deck_line] = x;
+  io_fields<FragmentsDef>(f, on, frequency, interval, deck_line);
 }
 
 inline void io(Archive& f, RestartDef& x)
@@ -307,9 +307,9 @@ inline void io(Archive& f, RestartDef& x)
 
 inline void io(Archive& f, Check& x)
 {
-  auto& [name, kind, column, what, exact, centre, scale, at, time, target, tolerance, source, place] = x;
+  auto& [name, kind, column, what, exact, centre, scale, at, time, target, tolerance, source, deck_line] = x;
   io_fields<Check>(f, name, kind, column, what, exact, centre, scale, at, time, target, tolerance, source,
-                   place);
+                   deck_line);
 }
 
 inline void io(Archive& f, SolverDef& x)

@@ -67,7 +67,7 @@ double reduced(Reduce reduce, const Gathered& g)
 
 int complain(const HistoryDef& d, const char* why)
 {
-  log_error("%s line %d, *HISTORY, %s: %s", d.place.file.c_str(), d.place.line, d.name.c_str(), why);
+  log_error("%s line %d, *HISTORY, %s: %s", d.deck_line.file.c_str(), d.deck_line.line, d.name.c_str(), why);
   return 1;
 }
 
@@ -161,7 +161,7 @@ int make_probe(const Model& m, const Elements& el, const State& s, const History
   const Targets has = targets_of(m, probe);
   if (d.at_point) {
     if (!has.elem_at && !has.point_at)
-      return complain(d, "no element and no material point contains this place at t = 0");
+      return complain(d, "no element and no material point contains this point at t = 0");
     if (where == OF_NODES && !probe.q->corner && !has.elem_at)
       return complain(d, "material points keep no acceleration");
     return 0;

@@ -150,16 +150,16 @@ int material_of(const Model& m, int e)
 
 void collect_elements(const Model& m, const Elements& el, FeMesh& fe)
 {
-  IntVec place(m.mesh.nnode(), -1);
+  IntVec index(m.mesh.nnode(), -1);
   for (int e = 0; e < m.mesh.nelem(); ++e) {
     if (el.block_of[e] < 0) continue;
     for (int a = 0; a < m.mesh.conn.count(e); ++a) {
       const int n = m.mesh.conn.begin(e)[a];
-      if (place[n] < 0) {
-        place[n] = static_cast<int>(fe.node.size());
+      if (index[n] < 0) {
+        index[n] = static_cast<int>(fe.node.size());
         fe.node.push_back(n);
       }
-      fe.conn.item.push_back(place[n]);
+      fe.conn.item.push_back(index[n]);
     }
     fe.conn.off.push_back(static_cast<int>(fe.conn.item.size()));
     fe.elem.push_back(e);
@@ -249,15 +249,15 @@ Shown points_shown(const Model& m, const Points& pts)
 {
   Shown s;
   const bool others = pts.part.on || pts.part.window;          // may there be points of other ranks?
-  IntVec place(pts.ncorner, others ? -1 : 0);
+  IntVec index(pts.ncorner, others ? -1 : 0);
   for (int p = 0; p < pts.npoint; ++p) {
     if (others && !point_counts(m, pts, p)) continue;
     s.point.push_back(p);
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) place[pts.conn.item[k]] = 0;
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) index[pts.conn.item[k]] = 0;
   }
   for (int c = 0; c < pts.ncorner; ++c) {
-    if (place[c] < 0) continue;
-    place[c] = static_cast<int>(s.corner.size());
+    if (index[c] < 0) continue;
+    index[c] = static_cast<int>(s.corner.size());
     s.corner.push_back(c);
   }
   std::size_t corners = 0;
@@ -265,7 +265,7 @@ Shown points_shown(const Model& m, const Points& pts)
   s.conn.item.reserve(corners);
   for (int p : s.point) {
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
-      s.conn.item.push_back(place[pts.conn.item[k]]);
+      s.conn.item.push_back(index[pts.conn.item[k]]);
     s.conn.off.push_back(static_cast<int>(s.conn.item.size()));
   }
   return s;
@@ -362,8 +362,8 @@ void write_bonds(const Model& m, const State& s, Output& out)
   ListTable conn;
   IntVec kind = bonds.intermediate;
   bond_places(m, s.points, bonds, s.n.u, s.n.uc, x);
-  const RealVec place = picked(list, dim, x);
-  u = place;
+  const RealVec position = picked(list, dim, x);
+  u = position;
   for (int b : list) {
     const int k = conn.size();
     double f[3];
@@ -382,7 +382,7 @@ void write_bonds(const Model& m, const State& s, Output& out)
   const int n = conn.size(), vertex = 1;
   VtkFile file;
   begin(file, VTK_BOND, m, s, here, out);
-  vtk_mesh(file, place, dim, conn, IntVec(n, vertex));
+  vtk_mesh(file, position, dim, conn, IntVec(n, vertex));
   vtk_point_data(file, n);
   vtk_vectors(file, "displacement", u, dim);
   vtk_vectors(file, "slip", picked(list, dim, slip), dim);

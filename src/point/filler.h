@@ -58,7 +58,7 @@ void fill_element(Filler& f, int body, int e);
 // fill_accepts : WHERE of a body or a surface at X; a value that is not finite is an error,
 // reported once per body or surface
 bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
-                  const Place& place, int& faults);
+                  const DeckLine& deck_line, int& faults);
 
 // share_corners : PointPart::lone_corners and halo: corners shared with other ranks, and their owners: a rank
 // that owns a point with the corner (own [ncorner]), -1: there is none. Collective.

@@ -82,13 +82,13 @@ void fill_point(Filler& f, int body, Shape shape, const int* corner)
 }
 
 bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
-                  const Place& place, int& faults)
+                  const DeckLine& deck_line, int& faults)
 {
   if (where.is_const()) return true;
   const double value = expr_eval(where, X, 0.0);
   if (!std::isfinite(value) && faults++ == 0)
     log_error("%s %s (%s line %d): WHERE is not a finite number at %s", kind, name.c_str(),
-              place.file.c_str(), place.line, position_text(X, dim).c_str());
+              deck_line.file.c_str(), deck_line.line, position_text(X, dim).c_str());
   return value != 0.0;
 }
 
@@ -162,7 +162,7 @@ std::vector<bool> filled_domains(const Box& box, Filler& f)
   each_domain(box, [&](size_t domain, size_t, const int* at) {
     double X[3];
     centre_of(box, at, X);
-    filled[domain] = fill_accepts(box.b.where, X, box.dim, "body", box.b.name, box.b.place, faults);
+    filled[domain] = fill_accepts(box.b.where, X, box.dim, "body", box.b.name, box.b.deck_line, faults);
   });
   f.errors += faults > 0;
   return filled;

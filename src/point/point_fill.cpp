@@ -357,7 +357,7 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
       const int c   = p.conn.begin(f.elem)[info.face[f.face][k]];
       double X[3] = {0, 0, 0};
       for (int i = 0; i < m.dim; ++i) X[i] = p.Xc[c * m.dim + i];
-      inside = fill_accepts(s.where, X, m.dim, "surface", s.name, s.place, faults);
+      inside = fill_accepts(s.where, X, m.dim, "surface", s.name, s.deck_line, faults);
     }
     if (inside) out.push_back(f);
   }
@@ -420,7 +420,7 @@ int fill_bodies(const Model& m, FillPlan* plan, const IntVec& known, Points& pts
     else fill_elset(f, body);
     if (pts.npoint + pts.part.npoint == before) {
       log_error("body %s (%s line %d) holds no material point: check its box, its WHERE and its element set",
-                m.body[b].name.c_str(), m.body[b].place.file.c_str(), m.body[b].place.line);
+                m.body[b].name.c_str(), m.body[b].deck_line.file.c_str(), m.body[b].deck_line.line);
       ++f.errors;
     }
   }
@@ -558,7 +558,7 @@ int point_surfaces(const Model& m, Points& pts)
     if (found || m.body[m.surface[s].body].fill == FILL_CONVERSION) continue;
     log_error(
         "surface %s (%s line %d) holds no face of body %s: its WHERE is met by no boundary face at t = 0",
-        m.surface[s].name.c_str(), m.surface[s].place.file.c_str(), m.surface[s].place.line,
+        m.surface[s].name.c_str(), m.surface[s].deck_line.file.c_str(), m.surface[s].deck_line.line,
         m.body[m.surface[s].body].name.c_str());
     ++errors;
   }

@@ -91,7 +91,7 @@ std::vector<Point> clip(std::vector<Point> x, const Shadow& by)
   return x;
 }
 
-// N of a face at a point of the plane; false: the point has no local place
+// N of a face at a point of the plane; false: the point has no local coordinates
 bool shape_at(const Shadow& s, const Point& x, double* N)
 {
   double xi[3] = {0, 0, 0}, X[8];

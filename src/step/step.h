@@ -372,11 +372,16 @@ void step_warn_missed(const Model& m, const Step& s, double start, bool mid);
 
 // ledger_sums : energies and momenta of the level; energy: strain energy of intact elements [nelem]; work: in
 // of this rank, out of all ranks
+// ledger_energy : kinetic and stored energy, with what plastic flow and cohesive cracks have dissipated
 // ledger_lost : sum of all energy dissipated or lost, by known cause
 // ledger_balance : energy of bonds, and the imbalance;   ledger_update : both
 // ledger_open : at the start of the run, with the round-off level;   ledger_begin_step : of a step
 void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                  State& st, double& work, RealVec* energy);
+inline double ledger_energy(const Ledger& g)
+{
+  return g.kinetic + g.strain + g.bond + g.plastic + g.cohesive;
+}
 double ledger_lost(const Ledger& g);
 void ledger_balance(int dim, const Level& l, State& st);
 void ledger_open(const Model& m, const Elements& el, const Dofs& dofs, State& st);

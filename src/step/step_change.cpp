@@ -27,13 +27,15 @@ bool initial_strain(const Model& m, const InitialStress& s, const MatLaw& law, b
   for (int k = 0; k < 6; ++k) {
     S[k] = expr_eval(s.value[k], at.X, 0.0);
     if (std::isfinite(S[k])) continue;
-    log_error("%s", value_text(m, "INITIAL CONDITIONS", s.place, s.value[k], -1, at.name, at.X, 0.0).c_str());
+    log_error(
+        "%s",
+        value_text(m, "INITIAL CONDITIONS", s.deck_line, s.value[k], -1, at.name, at.X, 0.0).c_str());
     return false;
   }
   if (law_initial(law, finite, S, rest, E)) return true;
   log_error("%s line %d, *INITIAL CONDITIONS: %s cannot have the stress %g %g %g %g %g %g (11 22 33 12 13 "
             "23): material %s would yield or crack, or has no such stress; give a smaller one",
-            s.place.file.c_str(), s.place.line, at.name.c_str(), S[0], S[1], S[2], S[3], S[5], S[4],
+            s.deck_line.file.c_str(), s.deck_line.line, at.name.c_str(), S[0], S[1], S[2], S[3], S[5], S[4],
             law.material->name.c_str());
   return false;
 }
@@ -87,8 +89,6 @@ int step_initial_stress(Problem& p)
 namespace {
 
 // ---- *MODEL CHANGE ------------------------------------------------------------------------------------
-
-double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic + g.cohesive; }
 
 // loads at the end of step k, in rows
 RealVec loads_of(Problem& p, int k)
@@ -203,5 +203,5 @@ void step_change(Problem& p, int k)
   st.ledger.strain += now.strain - whole.strain;
   st.ledger.plastic += now.plastic - whole.plastic;
   st.ledger.cohesive += now.cohesive - whole.cohesive;
-  st.ledger.removed += all_energy(whole) - all_energy(now);
+  st.ledger.removed += ledger_energy(whole) - ledger_energy(now);
 }

@@ -16,8 +16,6 @@ bool points_changed(const State& st, const UndoPoint& u)
   return st.frac.nconverted != u.state.frac.nconverted || st.frac.nreleased != u.state.frac.nreleased;
 }
 
-double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic + g.cohesive; }
-
 // Interval of explicit fracture tests, relative to the wave transit time of the smallest element, unless the
 // deck gives one  (test: paper/p9_explicit.inp)
 const double TEST_INTERVAL = 0.5;
@@ -71,7 +69,7 @@ Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosio
   double released = 0.0;
   const bool smooth = convert.empty() && torn.empty() && breaks_smoothly(p.m, s, erode);
   if (s.explicit_steps() && !smooth) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
-  const double before = all_energy(st.ledger);
+  const double before = ledger_energy(st.ledger);
   step_undo_state(st, u);
   // dynamics without accelerations: nothing can fail after this that a shorter increment would mend
   if (s.proc == PROC_STATIC || scheme_of(s).acceleration) step_undo_points(st, p.d.share, u);
@@ -104,7 +102,7 @@ Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosio
   if (!failure.ok()) return failure;
   ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   st.ledger.fracture += released;
-  st.ledger.conversion += before - all_energy(st.ledger) - released;
+  st.ledger.conversion += before - ledger_energy(st.ledger) - released;
   ledger_balance(p.m.dim, st.n, st);
   return STATUS_OK;
 }
@@ -116,7 +114,7 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
   const Ledger before = st.ledger;
   if (s.arc.on) {                             // no residual: the next increment finds equilibrium
     ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st, &energy);
-    st.ledger.fracture += all_energy(before) - all_energy(st.ledger);
+    st.ledger.fracture += ledger_energy(before) - ledger_energy(st.ledger);
     return STATUS_OK;
   }
   const Failure failure = step_increment(p, s, t_step, 0.0, energy);
@@ -125,7 +123,7 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
   std::swap(st.n, st.np1);
   st.n.time = time;
   p.ready   = false;
-  st.ledger.fracture += all_energy(before) + st.ledger.external - before.external - all_energy(st.ledger);
+  st.ledger.fracture += ledger_energy(before) + st.ledger.external - before.external - ledger_energy(st.ledger);
   const Failure prepared = step_prepare(p, s);
   if (prepared.ok()) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st, &energy);
   return prepared;

@@ -125,7 +125,7 @@ Failure force_at_start(Problem& p, Attempt& a)
 
 // Perturbation, relative to the increment, for the viscous force at t(n) by a finite difference: small
 // against 1, and large against the round-off of strains  (no test)
-const double PERTURBATION = 1e-3;
+const double DAMPER_STEP = 1e-3;
 
 }  // namespace
 
@@ -150,13 +150,13 @@ Failure step_damping(Problem& p, bool finite, double t_step, double dt, const Re
   if (p.dofs.mass.damped) damping_multiply(p.dofs, v, f);
   if (!model_viscous(p.m)) return STATUS_OK;
   RealVec ahead = v, with, without;
-  for (double& x : ahead) x *= PERTURBATION * dt;
+  for (double& x : ahead) x *= DAMPER_STEP * dt;
   Jumps jumps;
   KernelMode mode;
   mode.finite = finite;
   Failure failure = assem_move(p.m, p.d, p.dofs, ahead, t_step, t_step, p.st, jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, without);
-  mode.rate = 1.0 / (PERTURBATION * dt);
+  mode.rate = 1.0 / (DAMPER_STEP * dt);
   if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, with);
   if (!failure.ok()) return failure;
   for (int i = 0; i < p.dofs.rows.neq(); ++i) f[i] += with[i] - without[i];

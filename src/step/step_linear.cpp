@@ -72,10 +72,10 @@ RealVec row_positions(const Problem& p)
 {
   const Dofs& s = p.dofs;
   const int dim = s.rows.dim;
-  RealVec place(s.rows.neq());
+  RealVec position(s.rows.neq());
   for (int r = 0; r < s.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      place[r * dim + i] = p.m.mesh.X[3 * s.rows.node_of_row[r] + i] +
+      position[r * dim + i] = p.m.mesh.X[3 * s.rows.node_of_row[r] + i] +
           p.st.np1.u[s.rows.node_of_row[r] * dim + i];
   const ActiveGrid& grid = p.d.grid;
   for (int g = 0; g < grid.nnode; ++g) {
@@ -83,10 +83,10 @@ RealVec row_positions(const Problem& p)
     grid_unknown_position(p.m, p.st.points, p.st.n.uc, grid, g, x);
     const int c = grid_corner(p.st.points, grid.key[g]);
     for (int i = 0; i < dim; ++i)
-      place[(s.rows.nfe + g) * dim + i] =
+      position[(s.rows.nfe + g) * dim + i] =
           c < 0 ? x[i] : p.st.points.Xc[c * dim + i] + p.st.n.uc[c * dim + i];
   }
-  return place;
+  return position;
 }
 
 // 1 / diag where it is positive and the row is owned here, else 0

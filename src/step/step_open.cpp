@@ -16,7 +16,7 @@ double start_value(const Model& m, const InitialValue& iv, const std::string& wh
   const double value = expr_eval(iv.value, X, 0.0);
   if (std::isfinite(value)) return value;
   if (errors++ == 0)
-    log_error("%s", value_text(m, "INITIAL CONDITIONS", iv.place, iv.value, -1, where, X, 0.0).c_str());
+    log_error("%s", value_text(m, "INITIAL CONDITIONS", iv.deck_line, iv.value, -1, where, X, 0.0).c_str());
   return 0.0;
 }
 
@@ -101,7 +101,8 @@ int start_equations(const Model& m, const Level& l)
         log_error("%s line %d, *EQUATION: the initial %s do not satisfy it (sum %g of terms up to %g): "
                   "*INITIAL CONDITIONS must give consistent values at all its nodes, also those without "
                   "elements",
-                  e.place.file.c_str(), e.place.line, velocity ? "velocities" : "displacements", sum, size);
+                  e.deck_line.file.c_str(), e.deck_line.line, velocity ? "velocities" : "displacements", sum,
+                  size);
     }
   return errors;
 }
@@ -119,7 +120,7 @@ IntVec lines_of_velocity(const Model& m, int k)
   if (k > 0) return line;
   for (const InitialValue& iv : m.initial)
     for (int n : iv.node)
-      if (!iv.displacement && iv.dof < m.dim) line[n * m.dim + iv.dof] = iv.place.line;
+      if (!iv.displacement && iv.dof < m.dim) line[n * m.dim + iv.dof] = iv.deck_line.line;
   return line;
 }
 
@@ -128,7 +129,7 @@ void warn_other_velocity(const Prescribed& b, const OtherVelocity& x)
   if (x.nodes == 0.0) return;
   log_warn("%s line %d, *BOUNDARY: %.0f nodes from node %.0f on have the velocity of their support from the "
            "start of the run, not the one of *INITIAL CONDITIONS, line %.0f",
-           b.place.file.c_str(), b.place.line, x.nodes, x.label, x.line);
+           b.deck_line.file.c_str(), b.deck_line.line, x.nodes, x.label, x.line);
 }
 
 // dofs prescribed in the last step already [nnode*dim]; static: none, as they have no velocity

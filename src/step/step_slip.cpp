@@ -10,7 +10,7 @@ namespace {
 // Max. number of vectors; a solution that needs more leaves a larger residual  (no test)
 const int MAX_VECTORS = 60;
 // rest of a linearly dependent vector, relative to the right-hand side  (no test)
-const double DEPENDENT = 1e-14;
+const double DEPENDENT_BASIS = 1e-14;
 
 void add(RealVec& x, double part, const RealVec& v)
 {
@@ -51,7 +51,7 @@ Status step_slip(const SlipSystem& system, const RealVec& f, double eta, RealVec
     b(0) = size;
     part = H.topLeftCorner(n + 1, n).colPivHouseholderQr().solve(b);
     left = (b - H.topLeftCorner(n + 1, n) * part).norm() / size;
-    if (left <= eta || H(n, n - 1) <= DEPENDENT * size) break;
+    if (left <= eta || H(n, n - 1) <= DEPENDENT_BASIS * size) break;
     for (double& value : w) value /= H(n, n - 1);
     v.push_back(w);
   }

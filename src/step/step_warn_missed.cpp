@@ -25,7 +25,7 @@ bool not_here(const Model& m, const Load& l)
 
 // warns when value(t) at the fixed increments stays below half of its maximum; part: position in them
 template <class Value>
-void warn_one(const Step& s, double part, const Place& place, const char* what, Value value)
+void warn_one(const Step& s, double part, const DeckLine& deck_line, const char* what, Value value)
 {
   const int PARTS = 8;
   const double n  = std::ceil(s.period / s.dt - 1e-9);
@@ -44,7 +44,7 @@ void warn_one(const Step& s, double part, const Place& place, const char* what, 
   if (seen < 0.5 * largest)
     log_warn("%s line %d: the %s reaches %.6g at t = %.6g of the step, between two increments; the largest "
              "sampled value is %.6g: use smaller increments",
-             place.file.c_str(), place.line, what, largest, when, seen);
+             deck_line.file.c_str(), deck_line.line, what, largest, when, seen);
 }
 
 }  // namespace
@@ -58,10 +58,10 @@ void step_warn_missed(const Model& m, const Step& s, double start, bool mid)
   if (!s.direct) return;
   for (const Load& l : s.load)
     if (l.ramp != RAMP_OUT && !not_here(m, l) && (!l.value.is_const() || l.amplitude >= 0))
-      warn_one(s, mid ? 0.5 : 1.0, l.place, "load",
+      warn_one(s, mid ? 0.5 : 1.0, l.deck_line, "load",
                   [&](double t) { return load_value(m, s, l, load_position(m, l), t, start + t); });
   for (const Prescribed& b : s.prescribed)
     if (!b.node.empty() && (!b.value.is_const() || b.amplitude >= 0))
-      warn_one(s, 1.0, b.place, b.velocity ? "prescribed velocity" : "prescribed displacement",
+      warn_one(s, 1.0, b.deck_line, b.velocity ? "prescribed velocity" : "prescribed displacement",
                   [&](double t) { return prescribed_value(m, b, &m.mesh.X[3 * b.node[0]], t, start + t); });
 }

@@ -144,7 +144,7 @@ struct Mixed {
   std::string name = "word";
   std::array<double, 3> x{{0, 0, 0}};
   std::vector<Expr> list;
-  Place place;
+  DeckLine deck_line;
   double t, y;
   int size() const { return a; }
 };

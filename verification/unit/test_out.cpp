@@ -319,8 +319,8 @@ TEST(OutDat, SixComponentsOfABrick)
   Material mat;
   mat.young = 1.0;
   m.material.push_back(mat);
-  m.section.push_back({0, 0, 1.0, Place()});
-  m.elset.push_back({"E", {0}, Place()});
+  m.section.push_back({0, 0, 1.0, DeckLine()});
+  m.elset.push_back({"E", {0}, DeckLine()});
   m.step.emplace_back();
   m.step[0].print.push_back({true, 0, {"E"}, 1, false});
   Elements el;
