@@ -223,8 +223,10 @@ Failure step_explicit(Problem& p, Attempt& a)
   a.plain = !p.d.grid.of_all.nodes && !s.rows.hung && !s.bound.tie.any && !s.mass.damped;
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
+  const bool carried = p.d.grid.of_all.nodes || s.rows.hung;
+  if (carried) ledger_leap(s, a.dt, p.st);             // accelerations of the grid: step_motion_begin
   Failure failure = step_turn(p);
-  if (failure.ok()) ledger_leap(s, a.dt, p.st);
+  if (failure.ok() && !carried) ledger_leap(s, a.dt, p.st);
   if (failure.ok() && a.plain) return explicit_nodes(p, a);
   RealVec f;
   if (failure.ok()) failure = step_motion_begin(p, a);
