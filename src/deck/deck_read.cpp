@@ -219,8 +219,8 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   warn_unused_defines(d);
   deck_check(d, m);
   hash_parameters(d);
-  m.param  = d.params.value;
-  m.hash   = d.hash;
+  m.notes.param  = d.params.value;
+  m.hash         = d.hash;
   m.notes.passed = ignored_text(d);
 }
 

@@ -582,6 +582,7 @@ struct DeckNotes {             // for the listing
   std::string heading;
   std::string passed;          // cards without effect
   std::vector<std::string> tied;         // nodes of *TIE and *COUPLING
+  ParamMap param;
 };
 
 struct OutputRequests {
@@ -622,7 +623,6 @@ struct Model {
   std::vector<Step> step;
   OutputRequests output;
   SolverDef solver;
-  ParamMap param;
   std::uint64_t hash = 0;      // of the deck without output requests, and of the parameters
 };
 

@@ -332,18 +332,18 @@ inline void io(Archive& f, OutputRequests& x)
 
 inline void io(Archive& f, DeckNotes& x)
 {
-  auto& [heading, passed, tied] = x;
-  io_fields<DeckNotes>(f, heading, passed, tied);
+  auto& [heading, passed, tied, param] = x;
+  io_fields<DeckNotes>(f, heading, passed, tied, param);
 }
 
 inline void io(Archive& f, Model& x)
 {
   auto& [job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section, amplitude,
          body, grid, grid_bc, viscous, bond, initial, initial_stress, fracture, conversion, broken, equation,
-         frame, rigid, step, output, solver, param, hash] = x;
+         frame, rigid, step, output, solver, hash] = x;
   io_fields<Model>(f, job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section,
                    amplitude, body, grid, grid_bc, viscous, bond, initial, initial_stress, fracture,
-                   conversion, broken, equation, frame, rigid, step, output, solver, param, hash);
+                   conversion, broken, equation, frame, rigid, step, output, solver, hash);
 }
 
 #endif

@@ -170,7 +170,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
                environment("OMP_NUM_THREADS"), environment("OPENBLAS_NUM_THREADS"));
   std::fprintf(out.lst, "  compiled        by C++ compiler %s, vector instructions %s\n", __VERSION__,
                mode_text());
-  for (const auto& p : m.param)
+  for (const auto& p : m.notes.param)
     std::fprintf(out.lst, "  parameter       %s = %.15g\n", p.first.c_str(), p.second);
 }
 

@@ -180,6 +180,9 @@ struct SolverCosts {
   double fresh_rate = 0.0;     // rate of the first of them, smoothed
   // seconds and digits since the factorisation, including it
   double cycle_seconds = 0.0, cycle_digits = 0.0;
+  bool corrected = false;      // the factors have been corrected in changed rows since then
+  // factorisations until corrections are tried again after they have not paid; its length
+  long correct_wait = 0, correct_pause = 0;
 };
 
 struct SolverData {

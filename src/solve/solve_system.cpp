@@ -26,6 +26,9 @@ const int AMG_ITERATIONS = 200;        // maximum with multigrid, which takes 10
 const long AMG_WAIT = 8;
 // maximum with corrected factors: then a factorisation is cheaper  (no test)
 const int CHANGED_ITERATIONS = 30;
+// factorisations until corrections that cost more are tried again; doubled each time, up to the second: the
+// panel of decks/lpanel.inp with h = 6.25 took 1.6 times as long without  (no test)
+const long CORRECT_WAIT = 4, CORRECT_WAIT_MAX = 256;
 const size_t PAST   = 6;       // solutions stored for the initial guess of the next one (8.8)
 const double SMOOTH = 0.5;     // weight of the newest measurement
 const double NEVER  = std::numeric_limits<double>::infinity();
@@ -225,13 +228,24 @@ bool cholesky_fits(const SolverData& d, const SolveTask& task)
 
 // ---- broken material in statics: the changed rows are known                            (8.9)
 
+// before a factorisation: have the corrections since the last one paid?
+void judge_corrections(double direct, SolverCosts& c)
+{
+  if (c.correct_wait > 0) --c.correct_wait;
+  if (!c.corrected) return;
+  const bool paid = c.cycle_seconds <= static_cast<double>(c.age + 1) * direct;
+  c.correct_pause = paid ? 0 : std::min(std::max(CORRECT_WAIT, 2 * c.correct_pause), CORRECT_WAIT_MAX);
+  c.correct_wait  = c.correct_pause;
+  c.corrected     = false;
+}
+
 // factors corrected in the changed rows: as long as a solution costs less than the mean since the
 // factorisation, including it
 bool changed_pays(const Solver& s)
 {
   const SolverData& d = *s.data;
   const PathCost& c   = d.cost.path[PATH_CHANGED];
-  if (!d.changed.on || !have_factors(s)) return false;
+  if (!d.changed.on || !have_factors(s) || d.cost.correct_wait > 0) return false;
   return d.cost.age == 0 || c.setup < d.cost.cycle_seconds / (d.cost.age + 1);
 }
 
@@ -369,6 +383,7 @@ void remember_solution(std::vector<RealVec>& past, const RealVec& x)
 Status by_factor(Solver& s, const SysMatrix& A, const SolveTask& task, const RealVec& b, RealVec& x)
 {
   SolverData& d = *s.data;
+  judge_corrections(direct_seconds(d, true), d.cost);
   {
     Timer timer(PHASE_ANALYSIS);
     const long before   = s.nanalyse;
@@ -551,6 +566,7 @@ void remember(Solver& s, SolvePath path, const CgDone& done, bool kept, long now
   c.pause = done.good ? PAUSE : std::max(PAUSE, 2 * c.pause);
   if (path == PATH_CHANGED) {
     if (!done.good) d.changed.on = false;
+    d.cost.corrected = true;
     // set-up and iterations together; only the first iterations of an increment add rows
     c.setup = d.cost.age++ == 0 ? setup + seconds : (1.0 - SMOOTH) * c.setup + SMOOTH * (setup + seconds);
     d.cost.cycle_seconds += setup + seconds;

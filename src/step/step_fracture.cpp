@@ -123,7 +123,8 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
   std::swap(st.n, st.np1);
   st.n.time = time;
   p.ready   = false;
-  st.ledger.fracture += ledger_energy(before) + st.ledger.external - before.external - ledger_energy(st.ledger);
+  const double work = st.ledger.external - before.external;
+  st.ledger.fracture += ledger_energy(before) + work - ledger_energy(st.ledger);
   const Failure prepared = step_prepare(p, s);
   if (prepared.ok()) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st, &energy);
   return prepared;

@@ -102,7 +102,7 @@ Model all_kinds()
   Model m = plate(3);
   m.out_dir = "out";
   m.notes.heading = "two words";
-  m.param["k"] = 0.1;
+  m.notes.param["k"] = 0.1;
   m.hash       = 0x123456789abcdef0u;
   const Expr shared = function("sin(k*x)+t");
   m.surface[0].where = shared;
@@ -165,7 +165,7 @@ TEST(ModelArchive, ModelComesBack)
   EXPECT_EQ(back.mesh.node_label, m.mesh.node_label);
   EXPECT_EQ(back.frame[0].axis[8], 0.5);
   EXPECT_EQ(back.step[0].print[0].what[1], "RF");
-  EXPECT_EQ(back.param, m.param);
+  EXPECT_EQ(back.notes.param, m.notes.param);
   EXPECT_EQ(back.hash, m.hash);
 }
 

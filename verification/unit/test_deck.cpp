@@ -149,7 +149,7 @@ TEST(Deck, parameters_and_command_line)
   EXPECT_EQ(b.m.mesh.nelem(), 20);
   EXPECT_EQ(b.m.material[0].young, 48.0 / 7.0);
   EXPECT_TRUE(says(b, "-D spare is not used in this deck"));
-  EXPECT_EQ(b.m.param.at("n"), 4.0);
+  EXPECT_EQ(b.m.notes.param.at("n"), 4.0);
 }
 
 TEST(Deck, includes_crlf_tabs_comments_case_and_continuation)
