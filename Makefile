@@ -49,7 +49,7 @@ OBJ      := $(patsubst src/%/,$(BUILD)/rooms/%.o,$(sort $(dir $(SRC)))) $(ALONE:
 endif
 
 # GCC 12 takes the undefined vectors of its own AVX-512 headers for mistakes of Eigen (GCC bug 105593)
-WARNINGS ?= -Wall -Wextra -Wshadow -Wno-maybe-uninitialized -Werror=switch
+WARNINGS ?= -Wall -Wextra -Wshadow -Wno-maybe-uninitialized -Wno-uninitialized -Werror=switch
 COMPILE  = $(CXX) -std=c++17 $(CXXFLAGS) $(WARNINGS) $(DEFINES) -Isrc $(INCLUDE) -MMD -MP
 
 # what a test does is not worth long optimising, the routines it calls are

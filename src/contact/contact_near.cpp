@@ -24,6 +24,14 @@ BoundingBox grown(BoundingBox b, double by)
   return b;
 }
 
+// is the element or the point of a face stored here? Outer elements may lack their points
+bool stored(const MeshPart& part, const Points& pts, const NearFace& f)
+{
+  if (f.elem < 0) return pts.point_here(f.point) >= 0;
+  const int e = part.elem_here(f.elem);
+  return e >= 0 && (!f.converted || part.stores_points(e));
+}
+
 // the box around all faces
 BoundingBox box_of(const std::vector<NearFace>& face)
 {
@@ -45,6 +53,7 @@ std::vector<NearFace> near_faces(const Model& m, const Points& pts, const std::v
     std::copy_n(f.lo, 3, near.box.lo);
     std::copy_n(f.hi, 3, near.box.hi);
     if (e < 0) near.point = pts.point_number(s.elem);
+    near.converted = s.points && e >= 0;
     near.box = grown(near.box, reach.fraction * f.size + 0.5 * (reach.motion + reach.margin));
     out.push_back(near);
   }
@@ -84,7 +93,7 @@ bool near_known(const MeshPart& part, const Points& pts, const std::vector<NearF
   IntVec found;
   for (const std::vector<NearFace>& received : comm_exchange(send))
     for (const NearFace& f : received) {
-      if (missing || (f.elem < 0 ? pts.point_here(f.point) : part.elem_here(f.elem)) >= 0) continue;
+      if (missing || stored(part, pts, f)) continue;
       found.clear();
       tree.overlap(f.box, found);
       missing = std::any_of(found.begin(), found.end(), [&](int i) { return look[i].def == f.def; });

@@ -27,6 +27,7 @@ struct NearFace {
   int def = -1;                // contact pair, index into Model::bond; -1: general contact
   int side = NEAR_BOTH;
   int point = -1;              // its point, if from the start: number among the points of all ranks
+  bool converted = false;      // of a point that was its element
 };
 
 // Elements and points of other ranks that ranks must store, each once, ascending
