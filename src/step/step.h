@@ -321,6 +321,12 @@ void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc);
 // in   acc   those of fixed dofs
 Failure step_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc);
 
+// step_on_grid : do rows of the grid, or corners that follow nodes, take part in the motion?
+inline bool step_on_grid(const Discretisation& d, const Dofs& s)
+{
+  return d.grid.of_all.nodes > 0 || s.rows.hung;
+}
+
 // step_turn_begin : explicit: stores the contact forces at t(n) before the new contact search
 // step_turn : updates the accelerations at t(n) to the contact found now: the force has one direction at both
 // ends of an increment, and its work is the energy that contact stores. Collective.               (6.37)

@@ -60,7 +60,7 @@ Failure step_accelerations(const Problem& p, const RealVec& f, double half, Real
   const Dofs& s = p.dofs;
   if (s.bound.tie.any) return mass_solve_tied(s, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
   node_accelerations(s, half, f, acc);
-  if (p.d.grid.of_all.nodes == 0 && !s.rows.hung) return STATUS_OK;
+  if (!step_on_grid(p.d, s)) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const std::vector<char> begun(s.rows.nrow, 1);
       // initial guess of grid rows: acceleration at t(n)
@@ -194,7 +194,7 @@ Failure explicit_nodes(Problem& p, Attempt& a)
 bool reactions(const Problem& p, const RealVec& f, Attempt& a)
 {
   const Dofs& s     = p.dofs;
-  const bool lumped = !p.d.grid.of_all.nodes && !s.rows.hung;
+  const bool lumped = !step_on_grid(p.d, s);
   const double sum  = std::accumulate(a.acc.begin(), a.acc.end(), 0.0);
   if (!dof_all(s, std::isfinite(sum))) return false;
   if (s.bound.free && !s.bound.tie.any && s.bound.corner_support.empty()) {
@@ -220,13 +220,13 @@ Failure step_explicit(Problem& p, Attempt& a)
     a.bulk      = {a.step.bulk_linear, a.step.bulk_quadratic, a.dt};
     a.mode.bulk = &a.bulk;
   }
-  a.plain = !p.d.grid.of_all.nodes && !s.rows.hung && !s.bound.tie.any && !s.mass.damped;
+  const bool on_grid = step_on_grid(p.d, s);
+  a.plain = !on_grid && !s.bound.tie.any && !s.mass.damped;
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
-  const bool carried = p.d.grid.of_all.nodes || s.rows.hung;
-  if (carried) ledger_leap(s, a.dt, p.st);             // accelerations of the grid: step_motion_begin
+  if (on_grid) ledger_leap(s, a.dt, p.st);             // accelerations of the grid: step_motion_begin
   Failure failure = step_turn(p);
-  if (failure.ok() && !carried) ledger_leap(s, a.dt, p.st);
+  if (failure.ok() && !on_grid) ledger_leap(s, a.dt, p.st);
   if (failure.ok() && a.plain) return explicit_nodes(p, a);
   RealVec f;
   if (failure.ok()) failure = step_motion_begin(p, a);

@@ -82,7 +82,7 @@ bool projection_known(const State& st, const Discretisation& d, const Dofs& s, c
 Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& dofs,
                           const GridVelocity& before, RealVec& momentum, RealVec& vgrid)
 {
-  const bool projects = d.grid.of_all.nodes || dofs.rows.hung;
+  const bool projects = step_on_grid(d, dofs);
   vgrid = dof_of_nodes(dofs, st.n.v);
   if (projects && projection_known(st, d, dofs, before)) {
     timer_skip(PHASE_PROJECT);
@@ -187,7 +187,7 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
   const Dofs& s = p.dofs;
   const int first = s.rows.projected_from(), grid = s.rows.nfe * s.rows.dim;
   a.agrid = dof_of_nodes(s, p.st.n.a);
-  if (p.d.grid.of_all.nodes || s.rows.hung) {
+  if (step_on_grid(p.d, s)) {
     RealVec f(s.rows.neq(), 0.0), damping(s.rows.neq(), 0.0);
     if (step_damps(p)) {
       const Failure failure = step_damping(p, a.mode.finite, a.t0, a.dt, a.vgrid, damping);
@@ -226,7 +226,7 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   const Scheme& scheme = scheme_of(s);
   RealVec Ma, force;
   if (scheme.acceleration) {
-    if (p.d.grid.of_all.nodes || p.dofs.rows.hung || scheme.force) failure = force_at_start(p, a);
+    if (step_on_grid(p.d, p.dofs) || scheme.force) failure = force_at_start(p, a);
     if (failure.ok()) failure = inertia_at_start(p, a, Ma);
     if (!failure.ok()) return failure;
   }
@@ -300,7 +300,7 @@ Failure step_motion_begin(Problem& p, Attempt& a)
   const Dofs& s = p.dofs;
   const GridVelocity& before = p.newton.grid;
   a.cM = scheme_of(a.step).mass(a.step, a.dt);
-  if (!p.d.grid.of_all.nodes && !s.rows.hung) {
+  if (!step_on_grid(p.d, s)) {
     a.vgrid = dof_of_nodes(s, p.st.n.v);
     a.agrid = dof_of_nodes(s, p.st.n.a);
     return STATUS_OK;

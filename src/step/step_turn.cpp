@@ -72,13 +72,12 @@ Failure add_turn(Problem& p, const RealVec& of_place)
   return STATUS_OK;
 }
 
-bool carried(const Problem& p) { return p.d.grid.of_all.nodes || p.dofs.rows.hung; }
-
 }  // namespace
 
 void step_turn_apart(Problem& p, const Step& s)
 {
-  if (!s.explicit_steps() || p.st.log.inc == 0 || p.st.bonds.nbond_all() == 0 || carried(p)) return;
+  if (!s.explicit_steps() || p.st.log.inc == 0 || p.st.bonds.nbond_all() == 0) return;
+  if (step_on_grid(p.d, p.dofs)) return;
   RealVec push = p.stable.before;
   if (dof_all(p.dofs, push.empty())) contact_at_start(p, push);
   for (double& x : push) x = -x;
@@ -102,7 +101,7 @@ Failure step_turn(Problem& p)
   RealVec &before          = p.stable.before, now;
   const GridVelocity& grid = p.newton.grid;
   const bool apart = p.stable.apart;
-  const bool anew  = carried(p) &&
+  const bool anew  = step_on_grid(p.d, p.dofs) &&
       (grid.a.empty() || grid.pattern != s.pattern.number || grid.made != p.d.grid.made);
   p.stable.apart = false;
   if ((dof_all(s, before.empty()) && !apart) || !dof_all(s, !anew)) return STATUS_OK;
