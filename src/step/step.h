@@ -199,7 +199,7 @@ bool step_supports(const Model& m, int k, double time, RealVec& v);
 int step_initial_stress(Problem& p);
 
 // step_change : elements that step k, which begins, removes and adds. Collective.                 (6.43)
-void step_change(Problem& p, int k);
+Failure step_change(Problem& p, int k);
 
 // step_prepare : active grid, rows, pattern and mass of the next increment, once for all attempts
 Failure step_prepare(Problem& p, const Step& s);

@@ -161,13 +161,14 @@ void change_elements(Problem& p, const Step& s, bool add)
 // What those that go have held stays as forces that a static step takes away over its time; in motion it
 // is gone at once. Those that come back have no stress as they are then.
 // ---------------------------------------------------------------------------
-void step_change(Problem& p, int k)
+Failure step_change(Problem& p, int k)
 {
   const Step& s = p.m.step[k];
   State& st     = p.st;
   st.left_by_removed.clear();
-  if (s.change.empty()) return;
-  if (!step_prepare(p, s).ok()) return;
+  if (s.change.empty()) return Failure();
+  Failure failure = step_prepare(p, s);
+  if (!failure.ok()) return failure;
   const Ledger before = st.ledger;
   ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   const Ledger whole = st.ledger;
@@ -195,7 +196,8 @@ void step_change(Problem& p, int k)
   p.dofs.rows.numbered = false;
   st.laid = GridLaid();
   p.ready = false;
-  if (!step_prepare(p, s).ok()) return;
+  failure = step_prepare(p, s);
+  if (!failure.ok()) return failure;
   ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   const Ledger now = st.ledger;
   st.ledger = before;
@@ -204,4 +206,5 @@ void step_change(Problem& p, int k)
   st.ledger.plastic += now.plastic - whole.plastic;
   st.ledger.cohesive += now.cohesive - whole.cohesive;
   st.ledger.removed += ledger_energy(whole) - ledger_energy(now);
+  return failure;
 }

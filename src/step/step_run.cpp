@@ -631,12 +631,12 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
     if (from == RUN_BEGIN || from == RUN_FILE || k > first) out_step_begin(p.m, static_cast<int>(k), out);
     if (from == RUN_BEGIN || k > first) {
       begin_step(p.m.step[k], p.st);
-      step_change(p, static_cast<int>(k));
+      failure = step_change(p, static_cast<int>(k));
       begin_supports(p, static_cast<int>(k));
       step_warn_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
     }
     Increment inc;
-    failure = run_step(p, p.m.step[k], inc, out);
+    if (failure.ok()) failure = run_step(p, p.m.step[k], inc, out);
     if (p.again) return EXIT_GOOD;
     if (!failure.ok()) report_failure(p, failure, inc, out);
     out_step_end(p.m, p.st, out);
