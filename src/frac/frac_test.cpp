@@ -34,6 +34,12 @@ const double RANK_TOL = 1e-3;
 // elements of a 3D front within this difference break together: |J| varies by it along a straight front.
 // (test: fracture/interface_3d.inp)
 const double FRONT_TOL = 0.03;
+// energy over Gc h at which an element breaks that hangs on the other side of a crack by a node or an edge, which
+// has no width: below that of a tip element (0.1 to 0.3); 0.02 to 0.2 give the same load
+// (test: fracture/sharp_notch.inp)
+const double PINCHED = 0.1;
+// the same of an element of a wake with cracked elements at opposite faces  (test: fracture/a10_strip_3d.inp)
+const double LIGAMENT = 0.45;
 // cosine between the directions to two opposite broken neighbours, 120 degrees  (no test)
 const double OPPOSITE_COS = -0.5;
 
@@ -292,16 +298,34 @@ double force_rank(const Scan& s, int e, const double* J, double G)
   return ahead / std::hypot(ahead / size, off);
 }
 
-double fallback_of(const Scan& s, int e)
+// does e hang on a node, or edge, of the crack that its neighbours across faces do not share with all others?
+// There two sides of a crack meet, as at the end of a sharp notch beside which the first element has broken
+bool pinched(const Scan& s, int e)
 {
-  const double given = s.def(e).fallback;
-  return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE && s.m.dim == 3 ? 0.45 : 0.0;
+  const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
+  for (int a = 0; a < nen; ++a) {
+    IntVec fan, seen(1, e);
+    bool crack = false;
+    for (int k = 0; k < s.fm.of_node.count(node[a]); ++k) {
+      const int o = s.fm.of_node.begin(node[a])[k];
+      crack = crack || s.broken(o);
+      if (s.intact(o)) fan.push_back(o);
+    }
+    for (size_t next = 0; crack && next < seen.size(); ++next)
+      beside(s, seen[next], [&](int o) {
+        const bool of_fan = std::find(fan.begin(), fan.end(), o) != fan.end();
+        if (of_fan && std::find(seen.begin(), seen.end(), o) == seen.end()) seen.push_back(o);
+        return false;
+      });
+    if (crack && seen.size() < fan.size()) return true;
+  }
+  return false;
 }
 
-// a ligament: with cracked elements at opposite faces; with given FALLBACK any element
+// a ligament in space: with cracked elements at opposite faces
 bool is_ligament(const Scan& s, int e)
 {
-  if (s.def(e).fallback >= 0.0) return true;
+  if (s.m.dim == 2) return false;
   double way[6][3], mid[3];
   int n = 0;
   for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[e]].shape].nface; ++f)
@@ -317,6 +341,15 @@ bool is_ligament(const Scan& s, int e)
       found = found || dot < OPPOSITE_COS * sizes;
     }
   return found;
+}
+
+// part of Gc h at which e breaks where no candidate does: given, or of a ligament
+double fallback_of(const Scan& s, int e)
+{
+  const double given = s.def(e).fallback;
+  if (given >= 0.0) return given;
+  if (estimate_of(s, e) != ESTIMATE_FORCE || s.W[e] * s.fm.volume[e] < PINCHED * threshold(s, e)) return 0.0;
+  return pinched(s, e) ? PINCHED : is_ligament(s, e) ? LIGAMENT : 0.0;
 }
 
 // a crack contains its direction of growth: removes the component of N along J
@@ -833,9 +866,10 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   const bool fallback = all.empty();
   if (fallback) {                                 // ligaments
     for (int e = 0; e < nelem; ++e)
-      if (m.part.works(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
-          fallback_of(s, e) > 0.0 && is_ligament(s, e))
-        by_element(s, e, fallback_of(s, e), all);
+      if (m.part.works(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH) {
+        const double part = fallback_of(s, e);
+        if (part > 0.0) by_element(s, e, part, all);
+      }
     join(all);
   }
   first = most_exceeded(all, fallback);
