@@ -34,8 +34,8 @@ const double RANK_TOL = 1e-3;
 // elements of a 3D front within this difference break together: |J| varies by it along a straight front.
 // (test: fracture/interface_3d.inp)
 const double FRONT_TOL = 0.03;
-// energy over Gc h at which an element breaks that hangs on the other side of a crack by a node or an edge, which
-// has no width: below that of a tip element (0.1 to 0.3); 0.02 to 0.2 give the same load
+// energy over Gc h at which an element breaks that hangs on the other side of a crack by a node or an edge,
+// which has no width: below that of a tip element (0.1 to 0.3); 0.02 to 0.2 give the same load
 // (test: fracture/sharp_notch.inp)
 const double PINCHED = 0.1;
 // the same of an element of a wake with cracked elements at opposite faces  (test: fracture/a10_strip_3d.inp)
