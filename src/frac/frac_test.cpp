@@ -38,6 +38,9 @@ const double FRONT_TOL = 0.03;
 // which has no width: below that of a tip element (0.1 to 0.3); 0.02 to 0.2 give the same load
 // (test: fracture/sharp_notch.inp)
 const double PINCHED = 0.1;
+// cosine of the angle up to which cracked elements count as ahead of, or beside, an element that a
+// front has left behind  (no test)
+const double ALONG_COS = 0.7;
 // the same of an element of a wake with cracked elements at opposite faces  (test: fracture/a10_strip_3d.inp)
 const double LIGAMENT = 0.45;
 // cosine between the directions to two opposite broken neighbours, 120 degrees  (no test)
@@ -343,13 +346,41 @@ bool is_ligament(const Scan& s, int e)
   return found;
 }
 
+// in space: has a front left e behind? Cracked elements at its nodes lie ahead, along J, and none on either side
+// of the plane perpendicular to the largest stress, as beside a crack
+bool left_behind(const Scan& s, int e)
+{
+  double E[9], n[3], J[3];
+  mean_strain(s, e, E);
+  split_normal(s.law(e), 3, E, n);
+  force_estimate(s, e, radius_of(s, e), J);
+  const double size = std::hypot(J[0], J[1], J[2]);
+  const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
+  bool ahead = false, side = false;
+  for (int a = 0; a < nen; ++a)
+    for (int k = 0; k < s.fm.of_node.count(node[a]); ++k) {
+      const int o = s.fm.of_node.begin(node[a])[k];
+      if (!s.cracked(o)) continue;
+      double r = 0.0, off = 0.0, on = 0.0;
+      for (int i = 0; i < 3; ++i) {
+        const double d = s.fm.centre[3 * o + i] - s.fm.centre[3 * e + i];
+        r += d * d;
+        off += d * n[i];
+        on += d * J[i];
+      }
+      side  = side || std::fabs(off) > ALONG_COS * std::sqrt(r);
+      ahead = ahead || on > ALONG_COS * size * std::sqrt(r);
+    }
+  return ahead && !side;
+}
+
 // part of Gc h at which e breaks where no candidate does: given, or of a ligament
 double fallback_of(const Scan& s, int e)
 {
   const double given = s.def(e).fallback;
   if (given >= 0.0) return given;
   if (estimate_of(s, e) != ESTIMATE_FORCE || s.W[e] * s.fm.volume[e] < PINCHED * threshold(s, e)) return 0.0;
-  return pinched(s, e) ? PINCHED : is_ligament(s, e) ? LIGAMENT : 0.0;
+  return pinched(s, e) || (s.m.dim == 3 && left_behind(s, e)) ? PINCHED : is_ligament(s, e) ? LIGAMENT : 0.0;
 }
 
 // a crack contains its direction of growth: removes the component of N along J
