@@ -346,8 +346,8 @@ bool is_ligament(const Scan& s, int e)
   return found;
 }
 
-// in space: has a front left e behind? Cracked elements at its nodes lie ahead, along J, and none on either side
-// of the plane perpendicular to the largest stress, as beside a crack
+// in space: has a front left e behind? Cracked elements at its nodes lie ahead, along J, and none on either
+// side of the plane perpendicular to the largest stress, as beside a crack
 bool left_behind(const Scan& s, int e)
 {
   double E[9], n[3], J[3];
