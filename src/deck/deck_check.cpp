@@ -181,6 +181,12 @@ void check_element(Deck& d, const Model& m, int e)
   fault(d, keyword_of(d, e), element_line(d, e), "", text);
 }
 
+}  // namespace
+
+void deck_check_element(Deck& d, const Model& m, int e) { check_element(d, m, e); }
+
+namespace {
+
 void check_elements(Deck& d, const Model& m)
 {
   const int limit = d.messages.errors + 100;
@@ -207,11 +213,6 @@ std::string quadratic_text(const Model& m, int e)
          text_format(", element %d)", m.mesh.elem_label[e]);
 }
 
-std::string use_linear(const Model& m)
-{
-  return m.dim == 3 ? "; use C3D8 or C3D4 there" : "; use CPE4 or CPE3 (CPS4, CPS3) there";
-}
-
 int first_quadratic(const Model& m, const IntVec& elem)
 {
   for (int e : elem)
@@ -219,44 +220,15 @@ int first_quadratic(const Model& m, const IntVec& elem)
   return -1;
 }
 
-// Quadratic elements cannot break, convert, have lumped mass, or carry bonds and contact
+// Quadratic elements cannot have a lumped mass
 void check_quadratic(Deck& d, const Model& m)
 {
-  IntVec all(m.mesh.nelem());
-  for (int e = 0; e < m.mesh.nelem(); ++e) all[e] = e;
-  const int any = first_quadratic(m, all);
-  if (any < 0) return;
-  const auto refuse = [&](const char* word, const DeckLine& deck_line, const std::string& text) {
-    fault(d, word, deck_line, "", quadratic_text(m, any) + text);
-  };
-  if (!m.fracture.empty())
-    refuse("EIGENFRACTURE", m.fracture[0].deck_line,
-           " cannot be combined with *EIGENFRACTURE" + use_linear(m) + ", and in the whole mesh");
-  if (!m.conversion.empty())
-    refuse("CONVERSION", m.conversion[0].deck_line,
-           " cannot be combined with *CONVERSION" + use_linear(m) + ", and in the whole mesh");
   for (const Section& s : m.section) {
     const int e = s.lumped && s.elset >= 0 ? first_quadratic(m, m.elset[s.elset].item) : -1;
     if (e >= 0)
       fault(d, "SOLID SECTION", s.deck_line, "LUMPED",
             quadratic_text(m, e) + " have no lumped mass: row sums are negative at corner nodes; "
                                    "leave out MASS=LUMPED");
-  }
-  for (const BondDef& bond : m.bond) {
-    if (bond.contact.general)
-      refuse("CONTACT", bond.deck_line,
-             " can be in a *CONTACT PAIR, but *CONTACT includes all outer faces" + use_linear(m) +
-                 ", or *CONTACT PAIR");
-    for (int s : {bond.surface, bond.contact.master}) {
-      if (s < 0 || bond.kind != BOND_MESH_GRID) continue;
-      IntVec elem;
-      for (const Face& f : m.surface[s].face) elem.push_back(f.elem);
-      const int e = first_quadratic(m, elem);
-      if (e >= 0)
-        fault(d, bond_word(bond), bond.deck_line, m.surface[s].name,
-              quadratic_text(m, e) + " of surface " + m.surface[s].name +
-                  " cannot carry bonds to material points" + use_linear(m));
-    }
   }
 }
 
@@ -267,11 +239,9 @@ IntVec body_of_elements(Deck& d, const Model& m)
   for (std::size_t b = 0; b < m.body.size(); ++b) {
     if (m.body[b].elset < 0) continue;
     bool shared = false, section = false;
-    int quadratic = -1;
     for (int e : m.elset[m.body[b].elset].item) {
       shared  = shared || body[e] >= 0;
       section = section || m.mesh.elem_section[e] >= 0;
-      if (quadratic < 0 && elem_quadratic(m.mesh.elem_type[e])) quadratic = e;
       body[e] = static_cast<int>(b);
     }
     const std::string word = m.elset[m.body[b].elset].name;
@@ -279,9 +249,6 @@ IntVec body_of_elements(Deck& d, const Model& m)
       fault(d, "MATERIAL POINTS", m.body[b].deck_line, word,
             "elements of " + word +
                 " have a *SOLID SECTION; they become material points and must not have one");
-    if (quadratic >= 0)
-      fault(d, "MATERIAL POINTS", m.body[b].deck_line, word,
-            quadratic_text(m, quadratic) + " cannot become material points" + use_linear(m));
     if (shared)
       fault(d, "MATERIAL POINTS", m.body[b].deck_line, word,
             "elements of " + word + " belong to another body as well; an element fills one body");
@@ -621,17 +588,10 @@ void check_explicit(Deck& d, const Model& m)
   const auto first = std::find_if(m.step.begin(), m.step.end(), is);
   if (first == m.step.end()) return;
   const std::string line = text_format("the step of line %d is *DYNAMIC, EXPLICIT", first->deck_line.line);
-  for (const Section& s : m.section) {
-    if (s.elset < 0) continue;
-    const int e = first_quadratic(m, m.elset[s.elset].item);
-    if (e >= 0)
-      fault(d, "SOLID SECTION", s.deck_line, "",
-            line + ": " + quadratic_text(m, e) + " have no lumped mass" + use_linear(m) +
-                ", or an implicit step");
-    else if (!s.lumped)
+  for (const Section& s : m.section)
+    if (s.elset >= 0 && !s.lumped)
       fault(d, "SOLID SECTION", s.deck_line, "CONSISTENT",
             line + ", which requires lumped masses; leave out MASS=CONSISTENT");
-  }
   const bool points = !m.body.empty() || !m.conversion.empty();
   for (const Material& a : m.material)
     if (a.used && a.alpha > 0.0 && points)

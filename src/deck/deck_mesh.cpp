@@ -72,6 +72,11 @@ bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets,
 {
   int label = 0;
   if (target_label(at.text, label)) {
+    const auto parts = d.split.find(label);
+    if (&index == &d.labels.elem && parts != d.split.end()) {
+      item.insert(item.end(), parts->second.begin(), parts->second.end());
+      return true;
+    }
     const int i = index_of(d, index, at, label, kind);
     if (i >= 0) item.push_back(i);
     return i >= 0;
@@ -235,6 +240,11 @@ int target_elset(Deck& d, Model& m, const Field& at)
 {
   int label = 0;
   if (!target_label(at.text, label)) return target(d, at, m.elset, "element set", "ELSET");
+  const auto parts = d.split.find(label);
+  if (parts != d.split.end()) {
+    IntVec all = parts->second;
+    return set_merge(m.elset, std::to_string(label), all, deck_line_of(d, at));
+  }
   const int e = index_of(d, d.labels.elem, at, label, "element");
   return e < 0 ? -1 : set_of_one(m.elset, std::to_string(label), e, deck_line_of(d, at));
 }

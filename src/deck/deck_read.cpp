@@ -211,6 +211,7 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   read_cards(d, m);
   absent_report(d);
   deck_run_later(d, m, STAGE_STEP);
+  if (d.messages.errors == 0) deck_split(d, m);
   deck_resolve(d, m);
   deck_run_later(d, m, STAGE_END);
   deck_inherit(d, m);
@@ -243,7 +244,7 @@ void deck_run_later(Deck& d, Model& m, Stage stage)
 //
 //   0. two or three dimensions
 //   1. cards in order; each reader reports its errors and continues
-//   2. names that may be used before they are defined
+//   2. names that may be used before they are defined; quadratic elements that need to be linear are split
 //   3. sections of elements, loads on elements that become material points
 //   4. checks of the whole model
 //

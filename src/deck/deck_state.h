@@ -190,6 +190,7 @@ struct Deck {
 
   std::vector<std::string> column;                 // columns of *HISTORY
   Labels labels;
+  std::unordered_map<int, IntVec> split;           // label of a split element -> its parts
   Facets facets;
   AbsentTypes absent;
   FreeFaces free;
@@ -284,6 +285,10 @@ bool column_built_in(const std::string& name, std::string& column);
 int frame_node(Deck& d, Model& m, int node);
 void frame_nodes(Deck& d, Model& m, IntVec& node);
 void frame_resolve(Deck& d, Model& m);
+
+// ---- quadratic elements that need to be linear (deck_split.cpp)
+void deck_split(Deck& d, Model& m);
+void deck_check_element(Deck& d, const Model& m, int e);   // its form (deck_check.cpp)
 
 // ---- tied surfaces (deck_tie.cpp)
 void tie_resolve(Deck& d, Model& m);
