@@ -42,27 +42,36 @@ std::vector<MortarFace> faces_of(Deck& d, const Model& m, const TieDef& t, int s
     return out;
   }
   for (const Face& f : s.face) {
-    const int type = m.mesh.elem_type[f.elem];
-    const ShapeInfo& shape = shape_info[elem_table[type].shape];
-    if (elem_quadratic(type)) {
-      fault(d, t,
-            text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + s.name + " is a " +
-                elem_table[type].name +
-                ": faces of quadratic elements cannot be tied; use linear elements there, "
-                "or meshes that share their nodes");
-      return {};
-    }
-    MortarFace face{shape.nfnode[f.face], {0, 0, 0, 0}};
-    for (int a = 0; a < face.n; ++a) face.node[a] = m.mesh.conn.begin(f.elem)[shape.face[f.face][a]];
+    const ShapeInfo& shape = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
+    MortarFace face{face_corners(shape, f.face), {}};
+    face.mid = shape.nfnode[f.face] - face.n;
+    for (int a = 0; a < face.all(); ++a) face.node[a] = m.mesh.conn.begin(f.elem)[shape.face[f.face][a]];
     out.push_back(face);
   }
   return out;
 }
 
+// a node of a slave surface is a corner of all its faces, or on an edge of all; false: reported
+bool one_kind(Deck& d, const Model& m, const TieDef& t, const std::vector<MortarFace>& slave)
+{
+  std::map<int, bool> corner;
+  for (const MortarFace& f : slave)
+    for (int a = 0; a < f.all(); ++a) {
+      const auto known = corner.emplace(f.node[a], a < f.n);
+      if (known.first->second == (a < f.n)) continue;
+      fault(d, t,
+            text_format("node %d of surface ", m.mesh.node_label[f.node[a]]) + m.surface[t.slave].name +
+                " is the corner of one face and in the middle of an edge of another; exchange slave and "
+                "master surface");
+      return false;
+    }
+  return true;
+}
+
 IntVec nodes_of(const std::vector<MortarFace>& face)
 {
   std::set<int> node;
-  for (const MortarFace& f : face) node.insert(f.node, f.node + f.n);
+  for (const MortarFace& f : face) node.insert(f.node, f.node + f.all());
   return IntVec(node.begin(), node.end());
 }
 
@@ -111,8 +120,8 @@ Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<Mort
   }
   out.nodes = static_cast<int>(node.size());
   for (const MortarFace& f : slave)
-    for (int a = 0; a < f.n; ++a)
-      for (int b = 0; b < f.n; ++b)
+    for (int a = 0; a < f.all(); ++a)
+      for (int b = 0; b < f.all(); ++b)
         if (a != b && out.row_of.count(f.node[b])) out.adjacent[f.node[a]].insert(f.node[b]);
   if (out.row.size() == out.common.size())
     fault(d, t,
@@ -130,30 +139,34 @@ Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<Mort
   return out;
 }
 
-// moves slave nodes to the positions given by the equations at t = 0: no strain in rigid rotations (5.12)
+// moves slave nodes to the positions given by the equations at t = 0: no strain in rigid rotations (5.12);
+// corners before the nodes on edges, which depend on them
 double adjust(Model& m, const Tied& t)
 {
   double largest = 0.0;
-  RealVec X = m.mesh.X;
-  for (const MortarRow& r : t.row) {
-    if (t.common.count(r.node)) continue;
-    double moved = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      double x = 0.0;
-      for (const auto& q : r.master) x += q.second * m.mesh.X[3 * static_cast<std::size_t>(q.first) + i];
-      double& x_node = X[3 * static_cast<std::size_t>(r.node) + i];
-      moved += (x - x_node) * (x - x_node);
-      x_node = x;
+  const RealVec old = m.mesh.X;
+  RealVec& X = m.mesh.X;
+  for (const bool edges : {false, true})
+    for (const MortarRow& r : t.row) {
+      if (t.common.count(r.node) || (r.end[0] >= 0) != edges) continue;
+      double moved = 0.0;
+      for (int i = 0; i < 3; ++i) {
+        const auto x_of = [&](const RealVec& from, int n) { return from[3 * static_cast<std::size_t>(n) + i]; };
+        double x = 0.0;
+        for (const auto& q : r.master) x += q.second * x_of(old, q.first);
+        if (edges) x = 0.5 * x + 0.25 * (x_of(X, r.end[0]) + x_of(X, r.end[1]));
+        moved += (x - x_of(old, r.node)) * (x - x_of(old, r.node));
+        X[3 * static_cast<std::size_t>(r.node) + i] = x;
+      }
+      largest = std::max(largest, std::sqrt(moved));
     }
-    largest = std::max(largest, std::sqrt(moved));
-  }
-  m.mesh.X.swap(X);
   return largest;
 }
 
 // ---- equations of a step
 
-// nearest tied nodes that are free in direction i, searched in rings of slave faces
+// nearest tied nodes that are free in direction i, searched in rings of slave faces; of a node on an edge
+// those on edges, if there are any: corners would then depend on each other
 IntVec free_neighbours(const Tied& t, const DofSet& fixed, int node, int i)
 {
   std::set<int> seen{node}, ring{node};
@@ -169,20 +182,26 @@ IntVec free_neighbours(const Tied& t, const DofSet& fixed, int node, int i)
           if (!fixed.count({b, i})) out.push_back(b);
         }
     }
+    IntVec on_edges;
+    for (int n : out)
+      if (t.row[t.row_of.at(n)].end[0] >= 0) on_edges.push_back(n);
+    if (t.row[t.row_of.at(node)].end[0] >= 0 && !on_edges.empty()) return on_edges;
     if (!out.empty()) return out;
     ring.swap(next);
   }
   return {};
 }
 
-// D u_s + sum over fixed h of part D_h u_h = sum of (D c_sm + part D_h c_hm) u_m                       (5.11)
+// D w_s + sum over fixed h of part D_h w_h = sum of (D c_sm + part D_h c_hm) u_m                (5.11), (5.15)
 std::vector<Equation> equations_of(const Tied& t, const DofSet& fixed, int dim, const DeckLine& deck_line)
 {
   std::vector<Equation> out;
   for (int i = 0; i < dim; ++i) {
     std::vector<std::map<int, double>> sum(t.row.size());      // of each row: node -> coefficient
     const auto add = [&](int to, const MortarRow& r, double part) {
-      sum[to][r.node] += part * r.area;
+      const bool edge = r.end[0] >= 0;
+      sum[to][r.node] += (edge ? 2.0 : 1.0) * part * r.area;
+      for (int k = 0; k < 2 && edge; ++k) sum[to][r.end[k]] -= 0.5 * part * r.area;
       for (const auto& q : r.master) sum[to][q.first] -= part * r.area * q.second;
     };
     for (std::size_t k = 0; k < t.row.size(); ++k) {
@@ -247,7 +266,7 @@ void tie(Deck& d, Model& m, const TieDef& def)
   if (def.slave < 0 || def.master < 0 || def.slave == def.master) return;
   const std::vector<MortarFace> slave = faces_of(d, m, def, def.slave),
                                 master = faces_of(d, m, def, def.master);
-  if (slave.empty() || master.empty()) return;
+  if (slave.empty() || master.empty() || !one_kind(d, m, def, slave)) return;
   const Tied t = tied_nodes(d, m, def, slave, master);
   if (t.row.empty()) return;
   for (const Frame& f : m.frame)

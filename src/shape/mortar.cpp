@@ -27,10 +27,13 @@ Vec at(const RealVec& X, int n) { return Vec(X[3 * n], X[3 * n + 1], X[3 * n + 2
 
 // A face with its nodes in the plane of a slave face, or along its line
 struct Shadow {
-  int n = 0;
-  Point x[4];
-  double height[4] = {0, 0, 0, 0};     // along the normal
+  int n = 0, kind = 0;         // corners; face_kind
+  int all = 0;
+  Point x[MAX_FACE_NODES];
+  double height[MAX_FACE_NODES] = {0};     // along the normal
 };
+
+int kind_of(const MortarFace& f) { return face_kind(f.n == 2 ? 2 : 3, f.all()); }
 
 // The plane of a slave face: its middle, two directions along it (plane: one), its normal
 struct Frame3 {
@@ -63,8 +66,10 @@ Frame3 frame_of(const RealVec& X, const MortarFace& f)
 Shadow shadow_of(const RealVec& X, const MortarFace& f, const Frame3& p)
 {
   Shadow s;
-  s.n = f.n;
-  for (int a = 0; a < f.n; ++a) {
+  s.n    = f.n;
+  s.all  = f.all();
+  s.kind = kind_of(f);
+  for (int a = 0; a < s.all; ++a) {
     const Vec r = at(X, f.node[a]) - p.middle;
     s.x[a]      = Point(p.along.dot(r), f.n == 2 ? 0.0 : p.across.dot(r));
     s.height[a] = p.normal.dot(r);
@@ -91,17 +96,39 @@ std::vector<Point> clip(std::vector<Point> x, const Shadow& by)
   return x;
 }
 
+// local coordinate of a point of an edge; with a middle node by Newton's method
+double along_edge(const Shadow& s, double x)
+{
+  double xi[2] = {2.0 * (x - s.x[0].x()) / (s.x[1].x() - s.x[0].x()) - 1.0, 0.0};
+  double N[MAX_FACE_NODES], dN[2 * MAX_FACE_NODES], step = s.all > 2 ? 1.0 : 0.0;
+  for (int it = 0; it < 20 && std::fabs(step) > 1e-14; ++it) {
+    double r = x, slope = 0.0;
+    face_eval(s.kind, xi, N, dN);
+    for (int a = 0; a < s.all; ++a) {
+      r -= N[a] * s.x[a].x();
+      slope += dN[2 * a] * s.x[a].x();
+    }
+    step = r / slope;
+    xi[0] += step;
+  }
+  return xi[0];
+}
+
 // N of a face at a point of the plane; false: the point has no local coordinates
 bool shape_at(const Shadow& s, const Point& x, double* N)
 {
-  double xi[3] = {0, 0, 0}, X[8];
-  if (s.n == 2) xi[0] = 2.0 * (x.x() - s.x[0].x()) / (s.x[1].x() - s.x[0].x()) - 1.0;
-  for (int a = 0; a < s.n; ++a) {
+  double xi[3] = {0, 0, 0}, X[2 * MAX_FACE_NODES];
+  for (int a = 0; a < s.all; ++a) {
     X[2 * a]     = s.x[a].x();
     X[2 * a + 1] = s.x[a].y();
   }
-  if (s.n > 2 && !shape_inverse(s.n == 3 ? SHAPE_TRI3 : SHAPE_QUAD4, X, x.data(), xi)) return false;
-  face_eval(s.n, xi, N, nullptr);
+  if (s.n == 2) xi[0] = along_edge(s, x.x());
+  else {
+    const Shape shape = s.n == 3 ? (s.all > 3 ? SHAPE_TRI6 : SHAPE_TRI3)
+                                 : (s.all > 4 ? SHAPE_QUAD8 : SHAPE_QUAD4);
+    if (!shape_inverse(shape, X, x.data(), xi)) return false;
+  }
+  face_eval(s.kind, xi, N, nullptr);
   return true;
 }
 
@@ -151,7 +178,7 @@ std::vector<Sample> common(const Shadow& slave, const Shadow& master)
   std::reverse(x.begin(), x.end());                  // opposite: clockwise as the slave sees it
   x = clip(x, slave);
   if (x.size() < 3) return out;
-  const bool fine = !parallelogram(slave) || !parallelogram(master);
+  const bool fine = !parallelogram(slave) || !parallelogram(master) || slave.all > 6;
   for (size_t k = 1; k + 1 < x.size(); ++k) sample_triangle(x[0], x[k], x[k + 1], fine, out);
   return out;
 }
@@ -159,7 +186,7 @@ std::vector<Sample> common(const Shadow& slave, const Shadow& master)
 double height_at(const Shadow& s, const double* N)
 {
   double sum = 0.0;
-  for (int a = 0; a < s.n; ++a) sum += N[a] * s.height[a];
+  for (int a = 0; a < s.all; ++a) sum += N[a] * s.height[a];
   return sum;
 }
 
@@ -168,7 +195,7 @@ double height_at(const Shadow& s, const double* N)
 BoundingBox box_of(const RealVec& X, const MortarFace& f)
 {
   BoundingBox b = box_of_nothing;
-  for (int a = 0; a < f.n; ++a) box_take(b, &X[3 * f.node[a]], &X[3 * f.node[a]]);
+  for (int a = 0; a < f.all(); ++a) box_take(b, &X[3 * f.node[a]], &X[3 * f.node[a]]);
   return b;
 }
 
@@ -194,7 +221,7 @@ IntVec faces_within(const BoxTree& tree, BoundingBox b, double reach)
 
 // ---- the integrals of one slave face
 
-struct Piece { Sample at; double N[4], Nm[4]; int master; };
+struct Piece { Sample at; double N[MAX_FACE_NODES], Nm[MAX_FACE_NODES]; int master; };
 
 std::vector<Piece> pieces_of(const RealVec& X, const MortarFace& slave, const Frame3& plane,
                              const std::vector<MortarFace>& master, const IntVec& near, double reach)
@@ -218,29 +245,58 @@ std::vector<Piece> pieces_of(const RealVec& X, const MortarFace& slave, const Fr
 struct Sum {
   double area = 0.0;
   std::map<int, double> master;
+  int end[2] = {-1, -1};
 };
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, MAX_FACE_NODES, MAX_FACE_NODES>;
+using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, MAX_FACE_NODES, 1>;
+
+// corners at the ends of the edge of node a, which is no corner
+void ends_of(const MortarFace& f, int a, int end[2])
+{
+  end[0] = a - f.n;
+  end[1] = (a - f.n + 1) % f.n;
+}
+
+// N in terms of which w are the nodal values: half of that of an edge, of which the corners get a quarter
+// each: of triangles Bernstein's polynomials, whose integrals are above 0                         (5.15)
+Column positive_shape(const MortarFace& f, const double* N)
+{
+  Column out(f.all());
+  for (int a = 0; a < f.all(); ++a) out(a) = a < f.n ? N[a] : 0.5 * N[a];
+  for (int a = f.n; a < f.all(); ++a) {
+    int end[2];
+    ends_of(f, a, end);
+    for (int k : end) out(k) += 0.25 * N[a];
+  }
+  return out;
+}
 
 // psi_a = sum_b A_ab N_b with A = D M^-1; adds the integrals of N_a and of psi_a N_m               (5.10)
 void add_face(const MortarFace& slave, const std::vector<MortarFace>& master, const std::vector<Piece>& piece,
               std::map<int, Sum>& sum)
 {
-  const int n = slave.n;
-  Eigen::Matrix4d M = Eigen::Matrix4d::Identity();
-  Eigen::Vector4d D = Eigen::Vector4d::Zero();
-  M.topLeftCorner(n, n).setZero();
-  for (const Piece& p : piece)
-    for (int a = 0; a < n; ++a) {
-      D(a) += p.at.w * p.N[a];
-      for (int b = 0; b < n; ++b) M(a, b) += p.at.w * p.N[a] * p.N[b];
-    }
-  const Eigen::Matrix4d A = D.asDiagonal() * M.llt().solve(Eigen::Matrix4d::Identity());
-  for (int a = 0; a < n; ++a) sum[slave.node[a]].area += D(a);
+  const int n = slave.all();
+  Matrix M = Matrix::Zero(n, n);
+  Column D = Column::Zero(n);
   for (const Piece& p : piece) {
-    Eigen::Vector4d N = Eigen::Vector4d::Zero();
-    std::copy(p.N, p.N + n, N.data());
-    const Eigen::Vector4d psi = A * N;
+    const Column N = positive_shape(slave, p.N);
+    D += p.at.w * N;
+    M += p.at.w * N * N.transpose();
+  }
+  const Matrix A = D.asDiagonal() * M.llt().solve(Matrix::Identity(n, n));
+  for (int a = 0; a < n; ++a) {
+    Sum& s = sum[slave.node[a]];
+    s.area += D(a);
+    if (a < slave.n) continue;
+    int end[2];
+    ends_of(slave, a, end);
+    for (int k = 0; k < 2; ++k) s.end[k] = slave.node[end[k]];
+  }
+  for (const Piece& p : piece) {
+    const Column psi = A * positive_shape(slave, p.N);
     for (int a = 0; a < n; ++a)
-      for (int b = 0; b < master[p.master].n; ++b)
+      for (int b = 0; b < master[p.master].all(); ++b)
         sum[slave.node[a]].master[master[p.master].node[b]] += p.at.w * psi(a) * p.Nm[b];
   }
 }
@@ -248,7 +304,7 @@ void add_face(const MortarFace& slave, const std::vector<MortarFace>& master, co
 // without rounding; what is left out goes to the largest, so that the sum is 1
 MortarRow row_of(int node, const Sum& s)
 {
-  MortarRow row{node, s.area, {}};
+  MortarRow row{node, s.area, {}, {s.end[0], s.end[1]}};
   double sum = 0.0;
   size_t largest = 0;
   for (const auto& m : s.master) {
@@ -280,8 +336,25 @@ double triangle_distance(const Vec& p, const Vec& a, const Vec& b, const Vec& c)
   return best;
 }
 
+// of a face of a quadratic element: the triangles between its nodes and its middle
+double bent_distance(const RealVec& X, const Vec& p, const MortarFace& f)
+{
+  Vec o = Vec::Zero();
+  for (int a = 0; a < f.all(); ++a) o += at(X, f.node[a]) / f.all();
+  if (f.n == 2) o = at(X, f.node[2]);
+  double best = 1e300;
+  for (int a = f.n; a < f.all(); ++a) {
+    int end[2];
+    ends_of(f, a, end);
+    for (int k : end)
+      best = std::min(best, triangle_distance(p, o, at(X, f.node[a]), at(X, f.node[k])));
+  }
+  return best;
+}
+
 double face_distance(const RealVec& X, const Vec& p, const MortarFace& f)
 {
+  if (f.mid > 0) return bent_distance(X, p, f);
   const Vec a = at(X, f.node[0]), b = at(X, f.node[1]);
   if (f.n == 2) return triangle_distance(p, a, b, b);
   if (f.n == 3) return triangle_distance(p, a, b, at(X, f.node[2]));

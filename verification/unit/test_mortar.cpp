@@ -2,6 +2,7 @@
 // faces.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -45,6 +46,43 @@ Pair pair_of(int n, int m, double shift, double width)
   return p;
 }
 
+// a surface of 2 x 2 quadrilaterals, or of 8 triangles, with a node in the middle of each edge
+void add_quadratic(int n, bool triangles, bool up, Pair& p, std::vector<MortarFace>& face)
+{
+  const std::size_t first = face.size();
+  add_surface(n, 0.0, 1.0, up, p, face);
+  std::vector<MortarFace> linear(face.begin() + first, face.end());
+  face.resize(first);
+  if (triangles) {
+    std::vector<MortarFace> both;
+    for (const MortarFace& f : linear) {
+      both.push_back({3, {f.node[0], f.node[1], f.node[2]}});
+      both.push_back({3, {f.node[0], f.node[2], f.node[3]}});
+    }
+    linear.swap(both);
+  }
+  std::map<std::pair<int, int>, int> middle;
+  for (MortarFace f : linear) {
+    for (int a = 0; a < f.n; ++a) {
+      const auto ends = std::minmax(f.node[a], f.node[(a + 1) % f.n]);
+      const auto made = middle.emplace(ends, static_cast<int>(p.X.size()) / 3);
+      for (int i = 0; i < 3 && made.second; ++i)
+        p.X.push_back(0.5 * (p.X[3 * ends.first + i] + p.X[3 * ends.second + i]));
+      f.node[f.n + a] = made.first->second;
+    }
+    f.mid = f.n;
+    face.push_back(f);
+  }
+}
+
+Pair quadratic_pair(bool triangles)
+{
+  Pair p;
+  add_quadratic(2, triangles, true, p, p.slave);
+  add_quadratic(3, !triangles, false, p, p.master);
+  return p;
+}
+
 // largest error of sum c = 1 and of sum c X = X
 double linear_error(const Pair& p, const std::vector<MortarRow>& rows)
 {
@@ -63,12 +101,13 @@ std::map<int, double> areas(const Pair& p, const std::vector<MortarFace>& face)
 {
   std::map<int, double> out;
   for (const MortarFace& f : face) {
-    double x[12], N[4], n[3];
-    for (int k = 0; k < 3 * f.n; ++k) x[k] = p.X[3 * f.node[k / 3] + k % 3];
-    const FaceRule& rule = face_rule(f.n);
+    double x[3 * MAX_FACE_NODES], N[MAX_FACE_NODES], n[3];
+    for (int k = 0; k < 3 * f.all(); ++k) x[k] = p.X[3 * f.node[k / 3] + k % 3];
+    const FaceRule& rule = face_rule(f.all());
     for (int g = 0; g < rule.n; ++g) {
-      face_eval(f.n, rule.xi[g], N, nullptr);
-      for (int a = 0; a < f.n; ++a) out[f.node[a]] += rule.w[g] * face_area(f.n, x, rule.xi[g], n) * N[a];
+      face_eval(f.all(), rule.xi[g], N, nullptr);
+      for (int a = 0; a < f.all(); ++a)
+        out[f.node[a]] += rule.w[g] * face_area(f.all(), x, rule.xi[g], n) * N[a];
     }
   }
   return out;
@@ -94,6 +133,27 @@ TEST(Mortar, UniformTraction)
       for (const auto& q : r.master) force[q.first] += q.second * own[r.node];
     }
     for (const auto& a : areas(p, p.master)) EXPECT_NEAR(force[a.first], a.second, QUADRATURE * a.second);
+  }
+}
+
+// faces of quadratic elements (5.15): the equations reproduce linear functions; one multiplier for all rows
+// gives the nodes of both surfaces the forces of a uniform traction
+TEST(Mortar, QuadraticFaces)
+{
+  for (const bool triangles : {false, true}) {
+    const Pair p = quadratic_pair(triangles);
+    std::map<int, double> force, own = areas(p, p.slave), other = areas(p, p.master);
+    const std::vector<MortarRow> rows = mortar_rows(p.X, p.slave, p.master, 0.1);
+    ASSERT_EQ(rows.size(), triangles ? 25u : 21u);
+    EXPECT_LT(linear_error(p, rows), 1e-12);
+    for (const MortarRow& r : rows) {
+      EXPECT_GT(r.area, 0.0);
+      force[r.node] += (r.end[0] < 0 ? 1.0 : 2.0) * r.area;
+      for (int k = 0; k < 2 && r.end[0] >= 0; ++k) force[r.end[k]] -= 0.5 * r.area;
+      for (const auto& q : r.master) force[q.first] += r.area * q.second;
+    }
+    for (const auto& a : own) EXPECT_NEAR(force[a.first], a.second, 1e-10);
+    for (const auto& a : other) EXPECT_NEAR(force[a.first], a.second, 1e-10);
   }
 }
 
