@@ -18,7 +18,7 @@ struct MortarFace {            // an edge (2 corners), a triangle, a quadrilater
 };
 
 // A row is w[node] = sum of coef u[master]; the coefficients sum to 1, and reproduce linear functions where
-// the surfaces meet. At corners w = u, at a node on an edge u = w/2 + (u[end 0] + u[end 1])/4           (5.15)
+// the surfaces meet. At corners w = u, at a node on an edge u = w/2 + (u[end 0] + u[end 1])/4         (5.15)
 struct MortarRow {
   int node;
   double area;                 // D: its shape function over what the master covers           length^(dim-1)
