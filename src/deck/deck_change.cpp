@@ -18,13 +18,11 @@ std::string of_element(const Model& m, int e)
   return text_format("element %d of type ", m.mesh.elem_label[e]) + elem_table[m.mesh.elem_type[e]].name;
 }
 
-// the material of element e gets an initial strain. false: the element cannot have one
-bool mark_material(Model& m, int e)
+// the material of element e gets an initial strain
+void mark_material(Model& m, int e)
 {
-  if (elem_table[m.mesh.elem_type[e]].enhanced) return false;
   const int section = m.mesh.elem_section[e], material = section < 0 ? -1 : m.section[section].material;
   if (material >= 0) m.material[material].prestressed = true;
-  return true;
 }
 
 void check_stress(Deck& d, Model& m, const IntVec& body)
@@ -40,10 +38,10 @@ void check_stress(Deck& d, Model& m, const IntVec& body)
                m.body[body[e]].name + " instead";
       else if (s.point >= points)
         text = of_element(m, e) + text_format(" has %d integration points", points);
-      else if (!mark_material(m, e))
-        text = of_element(m, e) + ": elements with enhanced strains take no initial stress; take the type "
-                                  "without I, or one of second order (CPE8R, C3D20R)";
-      else continue;
+      else {
+        mark_material(m, e);
+        continue;
+      }
       fault(d, word, s.deck_line, text);
       break;
     }
@@ -99,8 +97,7 @@ void check_change(Deck& d, Model& m, const ModelChange& c, const std::vector<con
     else if (m.mesh.elem_section[e] < 0) text = "has no *SOLID SECTION";
     else if (c.add && !gone[e]) text = "is added but was not removed before";
     else if (!c.add && gone[e]) text = "is removed but is not there any more";
-    else if (c.add && !mark_material(m, e))
-      text = "has enhanced strains and cannot be added without strain; take the type without I";
+    if (c.add) mark_material(m, e);
     gone[e] = !c.add;
     if (text.empty()) continue;
     fault(d, "MODEL CHANGE", c.deck_line, text_format("element %d ", m.mesh.elem_label[e]) + text);

@@ -765,9 +765,9 @@ std::vector<char> node_use(const Model& m, const IntVec& body, const IntVec& rem
 }
 
 // loads and supports must act on nodes of elements
-//   in   at_start   before steps have removed elements: supports on these are no mistake
+//   in   ever   of elements that are there in some step: supports on these are no mistake
 void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vector<char>& use,
-                        const std::vector<char>& at_start)
+                        const std::vector<char>& ever)
 {
   for (const Load& l : s.load)
     for (int n : l.node) {
@@ -781,7 +781,7 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
     }
   for (const Prescribed& b : s.prescribed)
     for (int n : b.node) {
-      if (use[n] == USE_ELEMENT || at_start[n] == USE_ELEMENT) continue;
+      if (use[n] == USE_ELEMENT || ever[n] == USE_ELEMENT) continue;
       if (use[n] == USE_BODY)
         fault(d, "BOUNDARY", b.deck_line, "",
               text_format("node %d becomes a corner of material points; fix it by *GRID BOUNDARY or *BOND, "
@@ -834,8 +834,12 @@ void check_steps(Deck& d, const Model& m, const IntVec& body, bool read_well)
 {
   const IntVec removed = removed_elements(m);
   IntVec gone = removed;       // when the step acts
-  const std::vector<char> at_start = node_use(m, body, gone);
-  std::vector<char> use = at_start;
+  IntVec never = gone;
+  for (const Step& s : m.step)
+    for (const ModelChange& c : s.change)
+      for (int e : c.elem) never[e] = never[e] && !c.add;
+  const std::vector<char> ever = node_use(m, body, never);
+  std::vector<char> use = node_use(m, body, gone);
   for (const Step& s : m.step) {
     for (const ModelChange& c : s.change)
       for (int e : c.elem) gone[e] = !c.add;
@@ -846,7 +850,7 @@ void check_steps(Deck& d, const Model& m, const IntVec& body, bool read_well)
     check_gravity(d, m, s);
     check_arc(d, m, s);
     check_loaded_supports(d, m, s);
-    if (read_well) check_acting_nodes(d, m, s, use, at_start);
+    if (read_well) check_acting_nodes(d, m, s, use, ever);
     check_acting_faces(d, m, s, body);
     check_removed_faces(d, m, s, removed);
   }

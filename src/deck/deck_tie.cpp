@@ -151,7 +151,7 @@ double adjust(Model& m, const Tied& t)
       if (t.common.count(r.node) || (r.end[0] >= 0) != edges) continue;
       double moved = 0.0;
       for (int i = 0; i < 3; ++i) {
-        const auto x_of = [&](const RealVec& from, int n) { return from[3 * static_cast<std::size_t>(n) + i]; };
+        const auto x_of = [i](const RealVec& x, int n) { return x[3 * static_cast<std::size_t>(n) + i]; };
         double x = 0.0;
         for (const auto& q : r.master) x += q.second * x_of(old, q.first);
         if (edges) x = 0.5 * x + 0.25 * (x_of(X, r.end[0]) + x_of(X, r.end[1]));
@@ -192,7 +192,7 @@ IntVec free_neighbours(const Tied& t, const DofSet& fixed, int node, int i)
   return {};
 }
 
-// D w_s + sum over fixed h of part D_h w_h = sum of (D c_sm + part D_h c_hm) u_m                (5.11), (5.15)
+// D w_s + sum over fixed h of part D_h w_h = sum of (D c_sm + part D_h c_hm) u_m               (5.11), (5.15)
 std::vector<Equation> equations_of(const Tied& t, const DofSet& fixed, int dim, const DeckLine& deck_line)
 {
   std::vector<Equation> out;

@@ -37,6 +37,8 @@ struct ElemBlock {
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
   // cohesive cracks
   bool opens() const { return law.kind == LAW_COHESIVE || law.kind == LAW_COHESIVE_FLOW; }
+  // enhanced strains with an initial stress (2.45)
+  bool enhanced_start() const { return elem_table[type].enhanced && law.initial >= 0; }
   // uncracked elements use the short form
   bool short_form() const { return !general || (law.kind == LAW_COHESIVE && law.initial < 0); }
   // index of the first Gauss point
@@ -125,6 +127,15 @@ using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const Kerne
                                 unsigned* opens);
 ElemFormPack elem_form_pack(const ElemBlock& b);   // null: the type has none
 ElemForm eas_form(Shape s);
+
+// eas_form_start : eas_form with the initial stresses S0 of the Gauss points [ngp][dim*dim]          (2.45)
+using ElemFormStart = Status (*)(const ElemBlock& b, size_t slot, const KernelMode& mode, const double* u0,
+                                 const double* u1, const double* S0, double* re, double* ke);
+ElemFormStart eas_form_start(Shape s);
+
+// elem_start : stress [6] without strain, and its energy per volume, from the history of an integration
+// point (2.44)
+double elem_start(const MatLaw& law, const double* h, double* S0);
 
 // by_shape : use(z) with the sizes of a shape as constants: z.D dimensions, z.N nodes, z.NGP Gauss points
 template <int DIM, int NODES, int POINTS>

@@ -137,9 +137,10 @@ void condense(const double* inv, double cD, const double* L, double* ke)
         }
 }
 
+//   in   S0   initial stresses [NGP][D*D], which work on the compatible strain alone; null: none   (2.45)
 template <int D, int N, int NGP>
-Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const double* u0, const double* u1,
-            double* re, double* ke)
+Status form_start(const ElemBlock& b, size_t slot, const KernelMode& mode, const double* u0, const double* u1,
+                  const double* S0, double* re, double* ke)
 {
   constexpr int n = mode_count(D), DD = D * D;
   const size_t first = b.gauss(slot);
@@ -166,6 +167,7 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
     for (int k = 0; k < n; ++k)
       for (int i = 0; i < DD; ++i) E[g * DD + i] += alpha[k] * mode_at(eas, D, g, k)[i];
     ip_law<D>(b.law, E + g * DD, S);
+    for (int i = 0; i < DD && S0; ++i) S[i] += S0[g * DD + i];
     ip_force<D, N>(dN, N, w[g], Fb + g * DD, S, re);
     if (!ke) continue;
     ip_tangent<D, N>(dN, N, w[g], b.law, mode, Fb + g * DD, S, f, ke);
@@ -173,6 +175,13 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
   }
   if (ke) condense<D, N>(inverse_at(eas, D, NGP), of_law.cD(), L, ke);
   return det_min > 0.0 ? STATUS_OK : BAD_JACOBIAN;
+}
+
+template <int D, int N, int NGP>
+Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const double* u0, const double* u1,
+            double* re, double* ke)
+{
+  return form_start<D, N, NGP>(b, slot, mode, u0, u1, nullptr, re, ke);
 }
 
 template <int D>
@@ -209,3 +218,8 @@ void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, 
 }
 
 ElemForm eas_form(Shape s) { return s == SHAPE_QUAD4 ? form<2, 4, 4> : form<3, 8, 8>; }
+
+ElemFormStart eas_form_start(Shape s)
+{
+  return s == SHAPE_QUAD4 ? form_start<2, 4, 4> : form_start<3, 8, 8>;
+}

@@ -86,6 +86,27 @@ double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u
   return sum;
 }
 
+// strain energy of an intact enhanced element with initial stress: S0 works on the compatible strain   (2.45)
+template <int D>
+double start_energy(const Model& m, const Elements& el, int e, const Level& l, bool nlgeom)
+{
+  const ElemBlock& b    = el.block[el.initial_block[e]];
+  const ShapeInfo& info = shape_info[b.shape];
+  const int slot = el.slot_of[e], *node = elem_nodes(m.mesh, b, slot);
+  double ul[3 * MAX_NODES], H[D * D], E[D * D], S0[6], sum = one_energy<D>(m, b, slot, l.u, nlgeom);
+  for (int a = 0; a < info.nen; ++a)
+    for (int i = 0; i < D; ++i) ul[a * D + i] = l.u[node[a] * D + i];
+  for (int g = 0; g < info.ngp; ++g) {
+    double psi = elem_start(b.law, history_at(l.he, el.history, el.gauss_of[e] + g), S0);
+    ip_gradient<D, 0>(&b.dNdX[(b.gauss(slot) + g) * info.nen * D], info.nen, ul, H);
+    ip_strain<D>(nlgeom, H, E);
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) psi += S0[six_at[i][j]] * E[i * D + j];
+    sum += b.w[b.gauss(slot) + g] * psi;
+  }
+  return sum;
+}
+
 // strain energies of PACK intact elements, not of an enhanced type                   [PACK]
 template <int D, int N, int NGP>
 void pack_energy(const Mesh& mesh, const ElemBlock& b, const int* slot, const RealVec& u, bool nlgeom,
@@ -231,6 +252,12 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
   if (dim == 2) element_strains<2>(m, b, slot, l.u, nlgeom, E);
   else element_strains<3>(m, b, slot, l.u, nlgeom, E);
   set_strain(E + g * dim * dim, dim, out);
+  if (b.enhanced_start()) {
+    double strain[6];
+    std::copy_n(out.E, 6, strain);
+    ip_general_from(b.law, nlgeom, strain, 1.0, history_at(l.he, el.history, el.gauss_of[e] + g), out);
+    return;
+  }
   ip_stress_from(b.law, dim, nlgeom, out);
 }
 
@@ -258,7 +285,17 @@ void elem_forget_strain(const Model& m, const Elements& el, int e, bool nlgeom, 
 {
   const ElemBlock& b = el.block[el.initial_block[e]];
   double E[6 * MAX_GAUSS], scale[MAX_GAUSS];
-  general_strains(m, b, b.law.bar, el.slot_of[e], l.u, nlgeom, E, scale);
+  if (b.enhanced_start()) {                          // with the enhanced part, so that no stress is left
+    double all[72];
+    IpFields six;
+    elem_strains(m, el, e, l.u, nullptr, nlgeom, all);
+    for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+      set_strain(all + g * m.dim * m.dim, m.dim, six);
+      std::copy_n(six.E, 6, E + 6 * g);
+    }
+  } else {
+    general_strains(m, b, b.law.bar, el.slot_of[e], l.u, nlgeom, E, scale);
+  }
   for (int k = el.gauss_of[e], g = 0; k < el.gauss_of[e + 1]; ++k, ++g) {
     double* h = history_at(l.he, el.history, k);
     std::fill_n(h, el.history, 0.0);
@@ -274,6 +311,8 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
     const double* h = history_at(l.he, el.history, el.gauss_of[e]);
     return general_energy(m, b, elem_law(m, el, b, slot, c), slot, l.u, nlgeom, h, el.history);
   }
+  if (b.enhanced_start())
+    return m.dim == 2 ? start_energy<2>(m, el, e, l, nlgeom) : start_energy<3>(m, el, e, l, nlgeom);
   return m.dim == 2 ? one_energy<2>(m, b, slot, l.u, nlgeom) : one_energy<3>(m, b, slot, l.u, nlgeom);
 }
 

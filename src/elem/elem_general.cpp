@@ -68,6 +68,15 @@ void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e)
   std::copy_n(&l0.he[first], n, &l1.he[first]);
 }
 
+double elem_start(const MatLaw& law, const double* h, double* S0)
+{
+  double E[6] = {0}, none[MAX_HISTORY];
+  LawOutput out;
+  law_update(law, true, E, h, none, false, out);
+  std::copy_n(out.S, 6, S0);
+  return out.psi;
+}
+
 Status elem_form_general(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode& mode,
                          const double* u0, const double* u1, const HistoryStep* h, double* re, double* ke)
 {
@@ -93,6 +102,16 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
   double u0[3 * MAX_NODES], u1[3 * MAX_NODES];
   HistoryStep h[MAX_GAUSS];
   elem_ends(l0, l1, m.mesh.conn.begin(e), shape_info[b.shape].nen, m.dim, u0, u1);
+  if (intact && b.enhanced_start()) {
+    double S0[9 * MAX_GAUSS], six[6];
+    for (int k = el.gauss_of[e], g = 0; k < el.gauss_of[e + 1]; ++k, ++g) {
+      elem_start(b.law, history_at(l0.he, el.history, k), six);
+      for (int i = 0; i < m.dim; ++i)
+        for (int j = 0; j < m.dim; ++j) S0[(g * m.dim + i) * m.dim + j] = six[six_at[i][j]];
+    }
+    elem_uncracked(el, l0, l1, e);
+    return eas_form_start(b.shape)(b, slot, mode, u0, u1, S0, re, ke);
+  }
   if (intact && !b.general) return form(b, slot, mode, u0, u1, re, ke);
   elem_history(el, l0, l1, e, h);
   MatLaw law       = elem_law(m, el, b, slot, intact ? 1.0 : degr_of_step(l0, l1, mode.mid, e));

@@ -54,7 +54,7 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<BlockKey, int>& know
     b.lumped    = s.lumped;
     b.bar       = b.law.bar && !elem_table[type].enhanced && shape_info[b.shape].ngp > 1 &&
                   !shape_quadratic(b.shape);
-    b.general   = b.law.kind != LAW_SVK || b.bar || b.law.initial >= 0;
+    b.general   = b.law.kind != LAW_SVK || b.bar || (b.law.initial >= 0 && !b.enhanced_start());
     el.block.push_back(b);
   }
   el.block_of[e] = it->second;

@@ -140,6 +140,18 @@ Targets targets_of(const Model& m, const Probe& p)
   return {any[0] > 0.0, any[1] > 0.0, any[2] > 0.0, any[3] > 0.0, any[4] > 0.0};
 }
 
+// does a step add an element of the set, on any rank?
+bool added_later(const Model& m, int elset)
+{
+  double any = 0.0;
+  for (const Step& s : m.step)
+    for (const ModelChange& c : s.change)
+      for (int e : elset >= 0 && c.add ? c.elem : IntVec())
+        if (std::binary_search(m.elset[elset].item.begin(), m.elset[elset].item.end(), e)) any = 1.0;
+  out_max(m, &any, 1);
+  return any > 0.0;
+}
+
 // finds the items of a column; returns 1, with a message, if there are none
 int make_probe(const Model& m, const Elements& el, const State& s, const HistoryDef& d, Probe& probe)
 {
@@ -167,7 +179,8 @@ int make_probe(const Model& m, const Elements& el, const State& s, const History
     return 0;
   }
   if (d.body >= 0 && m.body[d.body].fill == FILL_CONVERSION) return 0;        // empty at t = 0
-  if (!has.node && !has.elem && !has.point) return complain(d, "the target is empty");
+  const bool later = model_changes(m) && added_later(m, d.elset);
+  if (!has.node && !has.elem && !has.point && !later) return complain(d, "the target is empty");
   if (where == OF_POINTS ? has.node : has.elem)
     return complain(d, "this quantity does not belong to this kind of target");
   if (has.point && where != OF_POINTS && !probe.q->corner)

@@ -251,6 +251,48 @@ TEST(Kernel, TangentAgainstDifferences) { expect_tangents(0.0); }
 TEST(Kernel, ViscousTangentAgainstDifferences) { expect_tangents(3.0); }
 
 // patch test of the enhanced types: a linear field gives the force of the plain element
+// (2.45): the tangent of elements with enhanced strains and an initial stress, against differences; without
+// displacement the force is that of the initial stress alone, as without enhanced strains
+TEST(Kernel, EnhancedStrainsWithInitialStress)
+{
+  for (const Shape s : {SHAPE_QUAD4, SHAPE_HEX8}) {
+    const int d = shape_info[s].dim, n = shape_info[s].nen * d;
+    Sample e = make_sample(s, 11, 0.1);
+    const ElemBlock b = block_of(s, e, law_of(1.0, 0.3, d == 3 ? PLANE_NONE : PLANE_STRAIN), true);
+    RealVec S0(9 * MAX_GAUSS), re(n), back(n), rest(n, 0.0), ke(pair_count(e.nen) * d * d);
+    for (int g = 0; g < e.ngp; ++g)
+      for (int i = 0; i < d; ++i)
+        for (int j = 0; j < d; ++j) S0[(g * d + i) * d + j] = 0.2 * std::cos(g + i * j) + 0.1 * (i + j);
+    KernelMode mode;
+    const auto form = [&](const RealVec& u, double* k, RealVec& out) {
+      EXPECT_EQ(STATUS_OK,
+                eas_form_start(s)(b, 0, mode, e.u0.data(), u.data(), S0.data(), out.data(), k));
+    };
+    form(e.u1, ke.data(), re);
+    for (int q = 0; q < n; ++q) {
+      const double h = 1e-6;
+      RealVec u = e.u1;
+      u[q] += h;
+      form(u, nullptr, re);
+      u[q] -= 2.0 * h;
+      form(u, nullptr, back);
+      for (int p = 0; p < n; ++p) {
+        const int x = p / d >= q / d ? p : q, y = p / d >= q / d ? q : p;      // pairs a >= b
+        const double k = ke[pair_index(x / d, y / d) * d * d + (x % d) * d + y % d];
+        EXPECT_NEAR(k, (re[p] - back[p]) / (2.0 * h), 1e-8);
+      }
+    }
+    form(rest, nullptr, re);
+    for (int a = 0; a < e.nen; ++a)
+      for (int i = 0; i < d; ++i) {
+        double f = 0.0;
+        for (int g = 0; g < e.ngp; ++g)
+          for (int j = 0; j < d; ++j) f += e.w[g] * S0[(g * d + i) * d + j] * e.dNdX[(g * e.nen + a) * d + j];
+        EXPECT_NEAR(re[a * d + i], f, 1e-14);
+      }
+  }
+}
+
 TEST(Kernel, EnhancedStrainsPassThePatchTest)
 {
   for (Shape s : {SHAPE_QUAD4, SHAPE_HEX8}) {
