@@ -194,12 +194,22 @@ void open_again(Problem& p)
   log_repeat(false);
 }
 
+// what the deck leaves open or the program changes in it: cards without effect, split elements, tied nodes
+std::vector<std::string> note_lines(const DeckNotes& notes)
+{
+  std::vector<std::string> lines = notes.tied;
+  if (!notes.passed.empty())
+    lines.insert(lines.begin(), "NOTE  cards that change nothing here: " + notes.passed);
+  return lines;
+}
+
 int check_only(Problem& p)
 {
   if (failed(step_open(p))) return EXIT_DECK;
   Output out;
   if (failed(history_setup(p.m, p.d.el, p.st, out))) return EXIT_DECK;
   out_model_summary(stdout, p.m, p.d.el, p.st.points, p.st.bonds);
+  for (const std::string& line : note_lines(p.m.notes)) std::printf("  %s\n", line.c_str());
   return EXIT_GOOD;
 }
 
@@ -228,9 +238,7 @@ int run(const Options& o)
   if (!out.from.empty() && !out_restart_load(model, out.from, state)) return EXIT_DECK;
   if (o.check) return check_only(problem);
   out_listing_open(model, out, state.reading);
-  const DeckNotes& notes = model.notes;
-  if (!notes.passed.empty()) log_note("NOTE  cards that change nothing here: %s", notes.passed.c_str());
-  for (const std::string& t : notes.tied) log_note("%s", t.c_str());
+  for (const std::string& line : note_lines(model.notes)) log_note("%s", line.c_str());
   if (!taken.empty()) log_warn("%s", taken.c_str());
   const int wrong = step_open(problem);
   log_gather();
