@@ -167,31 +167,29 @@ Wanted wanted_elements(const Model& m)
   return w;
 }
 
+// nodes of a quadratic element on its edges
+IntVec middles_of(const Mesh& mesh, int e)
+{
+  const Shape linear = shape_info[elem_table[mesh.elem_type[e]].shape].linear;
+  return IntVec(mesh.conn.begin(e) + shape_info[linear].nen, mesh.conn.begin(e + 1));
+}
+
 // Quadratic elements that share an edge with a split one are split too: the displacements of the two sides
 // would differ along the edge
 void spread(const Mesh& mesh, std::vector<char>& elem)
 {
-  std::vector<char> edge(mesh.nnode(), 0);           // a midside node of a split element
+  std::vector<char> split_edge(mesh.nnode(), 0), done(mesh.nelem(), 0);
   bool more = true;
-  const auto middles = [&](int e, int& first) {
-    const ShapeInfo& s = shape_info[elem_table[mesh.elem_type[e]].shape];
-    first = shape_info[s.linear].nen;
-    return s.nen;
-  };
-  int first = 0;
-  for (int e = 0; e < mesh.nelem(); ++e)
-    for (int a = (middles(e, first), first); elem[e] && a < middles(e, first); ++a)
-      edge[mesh.conn.begin(e)[a]] = 1;
   while (more) {
     more = false;
     for (int e = 0; e < mesh.nelem(); ++e) {
-      if (elem[e] || !elem_quadratic(mesh.elem_type[e])) continue;
-      const int n = middles(e, first);
-      const int* node = mesh.conn.begin(e);
-      if (std::none_of(node + first, node + n, [&](int k) { return edge[k]; })) continue;
-      elem[e] = 1;
-      more    = true;
-      for (int a = first; a < n; ++a) edge[node[a]] = 1;
+      if (done[e] || !elem_quadratic(mesh.elem_type[e])) continue;
+      const IntVec middle = middles_of(mesh, e);
+      if (!elem[e] && std::none_of(middle.begin(), middle.end(), [&](int n) { return split_edge[n]; }))
+        continue;
+      elem[e] = done[e] = 1;
+      more = true;
+      for (int n : middle) split_edge[n] = 1;
     }
   }
 }
