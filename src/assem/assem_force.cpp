@@ -172,10 +172,9 @@ Failure add_pack(const Model& m, const Elements& el, State& st, const Dofs& dofs
   if (mode.bulk || mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, N, D, numbers(u0));
   elem_ends_pack(st.np1.u, mesh, b, w.slot, N, D, numbers(u1));
   const Status status = form(b, w.slot, mode, numbers(u0), numbers(u1), numbers(re), nullptr, bad,
-                             energy || b.opens() ? psi : nullptr, b.opens() ? &opens : nullptr);
-  double* const asked = energy ? psi : nullptr;
+                             energy ? psi : nullptr, b.opens() ? &opens : nullptr);
   const Status cracks =
-      b.opens() ? open_cracks<N * D>(m, el, mode, b, w, opens, st, re, asked) : STATUS_OK;
+      b.opens() ? open_cracks<N * D>(m, el, mode, b, w, opens, st, re, energy ? psi : nullptr) : STATUS_OK;
   if (mode.bulk)
     elem_bulk_pack(b)(b, w.slot, w.n, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, *mode.bulk,
                       numbers(re));
@@ -230,7 +229,7 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
   for (int slot : b.live) {
     const int e = b.elem[slot];
     if (!el.rigid.empty() && el.rigid[e]) continue;
-    if (pack && elem_whole(el, b, st.n, e)) {
+    if (pack && elem_whole(el, st.n, e)) {
       if (w.add(slot)) flush();
       continue;
     }
@@ -239,7 +238,7 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
     add_force(dofs, elem_nodes(mesh, b, slot), N, D, re, fint);
     if (energy && el.broken(e) < 0) (*energy)[e] = elem_energy_one(m, el, e, st.np1, 1.0, mode.finite);
     if (mode.bulk && el.broken(e) < 0)
-      add_bulk<D, N>(mesh, dofs, mode, b, slot, b.opens() && elem_cracked(el, st.n, e), st, fint);
+      add_bulk<D, N>(mesh, dofs, mode, b, slot, elem_cracked(st.n, e), st, fint);
   }
   flush();
 }

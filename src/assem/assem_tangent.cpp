@@ -101,7 +101,7 @@ void add_elements(const Model& m, const Elements& el, const KernelMode& mode, St
     PackList w;
     for (int slot : b.live) {
       const int e = b.elem[slot];
-      if (pack && elem_whole(el, b, st.np1, e)) {
+      if (pack && elem_whole(el, st.np1, e)) {
         if (w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.pattern.A);
       } else {
         elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, ke);

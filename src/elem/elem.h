@@ -84,16 +84,25 @@ MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t s
 void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h);
 
 // elem_cracked : has a cohesive crack begun to open at a Gauss point of element e?
-bool elem_cracked(const Elements& el, const Level& l, int e);
+inline bool elem_cracked(const Level& l, int e) { return !l.cracked.empty() && l.cracked[e]; }
 
-// elem_whole : element e of the block is intact, and no cohesive crack has begun to open in it
-inline bool elem_whole(const Elements& el, const ElemBlock& b, const Level& l, int e)
+// elem_whole : element e is intact, and no cohesive crack has begun to open in it
+inline bool elem_whole(const Elements& el, const Level& l, int e)
 {
-  return el.broken(e) < 0 && !(b.opens() && elem_cracked(el, l, e));
+  return el.broken(e) < 0 && !elem_cracked(l, e);
 }
 
-// elem_uncracked : copies the history of element e, which has no cohesive crack, to the end of the step
+// elem_uncracked : no cohesive crack opens in element e in this step: it has no history at its end
 void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e);
+
+// elem_copy_history : he and cracked of level n, to a level of the same elements
+void elem_copy_history(const Elements& el, const Level& n, Level& l);
+
+// elem_keeps_none : has intact element e of the block no history? Then it has the short form
+inline bool elem_keeps_none(const Elements& el, const ElemBlock& b, const Level& l, int e)
+{
+  return b.short_form() && elem_whole(el, l, e);
+}
 
 // elem_form_general : as elem_form without enhanced strains, for laws without a short form in the kernel
 //   in   law       of the element, elem_law
@@ -120,7 +129,7 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
 //   in   slot      of the elements                       [PACK]
 //        u0        read if mode_reads_old; re or ke may be null
 //   out  energy    strain energies at t(n+1)             [PACK]; null: not computed
-//        opens     a bit for each element in which a crack may begin to open; needs energy; or null
+//        opens     a bit for each element in which a crack may begin to open; or null
 //   BAD_JACOBIAN: bad has a bit for each element with det F(n+1) <= 0
 using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
                                 const double* u1, double* re, double* ke, unsigned& bad, double* energy,

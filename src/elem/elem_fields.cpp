@@ -235,7 +235,7 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
     }
   }
   const bool broken = el.broken(e) >= 0;
-  if (broken || b.general) {
+  if (!elem_keeps_none(el, b, l, e)) {
     double strain[6 * MAX_GAUSS], scale[MAX_GAUSS];
     const MatLaw law = elem_law(m, el, b, slot, broken ? l.degr[e] : 1.0);
     const double* h  = history_at(l.he, el.history, el.gauss_of[e] + g);
@@ -296,6 +296,7 @@ void elem_forget_strain(const Model& m, const Elements& el, int e, bool nlgeom, 
   } else {
     general_strains(m, b, b.law.bar, el.slot_of[e], l.u, nlgeom, E, scale);
   }
+  if (!l.cracked.empty()) l.cracked[e] = 0;
   for (int k = el.gauss_of[e], g = 0; k < el.gauss_of[e + 1]; ++k, ++g) {
     double* h = history_at(l.he, el.history, k);
     std::fill_n(h, el.history, 0.0);
@@ -323,6 +324,7 @@ void elem_dissipated(const Elements& el, const Level& l, double& plastic, double
     const int flow = law_field(law_of(b.law), HISTORY_FLOW_WORK);
     double& sum    = b.opens() ? cohesive : plastic;
     for (int s : b.live) {
+      if (elem_keeps_none(el, b, l, b.elem[s])) continue;
       const double* h = history_at(l.he, el.history, el.gauss_of[b.elem[s]]);
       for (int g = 0; g < shape_info[b.shape].ngp; ++g, h += el.history) {
         const double flowed = flow >= 0 ? h[flow] : 0.0;
@@ -354,7 +356,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
     for (int s : b.live) {
       const int e       = b.elem[s];
       const bool intact = el.broken(e) < 0;
-      if (pack && elem_whole(el, b, l, e)) {
+      if (pack && elem_whole(el, l, e)) {
         slot[n++] = s;
         if (n == PACK) flush();
       } else {

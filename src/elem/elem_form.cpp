@@ -87,7 +87,8 @@ Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, co
   Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), psi;
   Pack SS_max = {}, det;
   if (opens) {
-    det    = form_rows<D, N, NGP, true, true>(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi, &SS_max);
+    const auto rows = energy ? form_rows<D, N, NGP, true, true> : form_rows<D, N, NGP, false, true>;
+    det    = rows(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi, &SS_max);
     *opens = near_strength(b, slot, SS_max);
   } else if (energy) {
     det = form_rows<D, N, NGP, true, false>(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi, nullptr);

@@ -53,19 +53,34 @@ void elem_history(const Elements& el, const Level& l0, Level& l1, int e, History
     *h++ = {history_at(l0.he, el.history, k), history_at(l1.he, el.history, k)};
 }
 
-bool elem_cracked(const Elements& el, const Level& l, int e)
-{
-  const MatLaw& law = el.block[el.initial_block[e]].law;
-  for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1]; ++k)
-    if (crack_opening(law, history_at(l.he, el.history, k)) > 0.0) return true;
-  return false;
-}
+namespace {
 
-void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e)
+void copy_history(const Elements& el, const Level& l0, Level& l1, int e)
 {
   const size_t first = static_cast<size_t>(el.gauss_of[e]) * el.history,
                n     = static_cast<size_t>(el.gauss_of[e + 1]) * el.history - first;
   std::copy_n(&l0.he[first], n, &l1.he[first]);
+}
+
+}  // namespace
+
+void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e)
+{
+  if (!l1.cracked[e]) return;
+  copy_history(el, l0, l1, e);         // an earlier iteration has opened one
+  l1.cracked[e] = 0;
+}
+
+void elem_copy_history(const Elements& el, const Level& n, Level& l)
+{
+  if (n.cracked.empty() || l.cracked.size() != n.cracked.size() || l.he.size() != n.he.size()) l.he = n.he;
+  else
+    for (size_t e = 0; e < n.cracked.size(); ++e) {
+      const int b = el.initial_block[e];
+      if (b < 0 || (elem_keeps_none(el, el.block[b], n, e) && !l.cracked[e])) continue;
+      copy_history(el, n, l, static_cast<int>(e));
+    }
+  l.cracked = n.cracked;
 }
 
 double elem_start(const MatLaw& law, const double* h, double* S0)
@@ -116,6 +131,11 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
   elem_history(el, l0, l1, e, h);
   MatLaw law       = elem_law(m, el, b, slot, intact ? 1.0 : degr_of_step(l0, l1, mode.mid, e));
   law.crack.tangent = mode.crack;
-  if (intact && b.opens()) mean_normal(law, h, shape_info[b.shape].ngp, law.crack.across);
-  return elem_form_general(b, slot, law, mode, u0, u1, h, re, ke);
+  if (!intact || !b.opens()) return elem_form_general(b, slot, law, mode, u0, u1, h, re, ke);
+  const int ngp = shape_info[b.shape].ngp;
+  mean_normal(law, h, ngp, law.crack.across);
+  const Status status = elem_form_general(b, slot, law, mode, u0, u1, h, re, ke);
+  const auto cracked = [&](const HistoryStep& x) { return crack_opening(law, x.np1) > 0.0; };
+  l1.cracked[e] = std::any_of(h, h + ngp, cracked);
+  return status;
 }

@@ -154,15 +154,18 @@ void frac_in_ball(const FracMesh& fm, const double* x, double radius, Use use)
 double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
                   int e, Split split);
 
+// frac_uses_energy : is there a criterion of energy? A strength needs none
+bool frac_uses_energy(const Model& m);
+
 // frac_average : dynamics: psi+ and its average over time at the converged level l                  (7.26).
 // Collective.
-//   in   energy    strain energy of owned intact elements at l                [nelem]
+//   in   energy    strain energy of owned intact elements at l [nelem]; read if frac_uses_energy
 void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
                   const RealVec& energy, Fracture& fr);
 
 // frac_test : elements that break now, highest rank first; l: a converged level. doc/theory.md (7.1) - (7.8).
 // Collective.
-//   in   energy    strain energy of owned intact elements at l                [nelem]
+//   in   energy    strain energy of owned intact elements at l [nelem]; read if frac_uses_energy
 //   out  first     the element with the largest excess
 void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                const Level& l, const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first);
@@ -195,6 +198,11 @@ void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fract
 // frac_degraded : energy released by degradation between l0 and l1  (7.16). Collective.
 double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l0, const Level& l1);
+
+// frac_forces : adds sign times the internal forces of the owned elements of all, before or after they break,
+// in level l without viscosity to f [nnode*dim]
+void frac_forces(const Model& m, const Step& s, const Elements& el, const std::vector<Erosion>& all,
+                 const Level& l, double sign, RealVec& f);
 
 // frac_count_releasing : Fracture::nreleasing of all ranks. Collective.
 void frac_count_releasing(const Model& m, Fracture& fr);

@@ -17,24 +17,32 @@ double broken_energy(const Model& m, const Step& s, const Elements& el, const Po
   return sum;
 }
 
-// work over the step of the force that a broken element has in level l with the degradation factor c
-double broken_work(const Model& m, const Step& s, const Elements& el, const Level& l0, const Level& l1,
-                   const Level& l, int e, double c)
+// internal force of an element in level l, broken with the degradation factor c, or intact        [nen*dim]
+bool force_of(const Model& m, const Step& s, const Elements& el, const Level& l, int e, double c, double* re)
 {
   const ElemBlock& b = el.block[el.initial_block[e]];
   const int slot = el.slot_of[e], *node = m.mesh.conn.begin(e), nen = shape_info[b.shape].nen;
-  double u[3 * MAX_NODES], re[3 * MAX_NODES], unused[MAX_GAUSS * MAX_HISTORY], work = 0.0;
+  double u[3 * MAX_NODES], unused[MAX_GAUSS * MAX_HISTORY];
   HistoryStep h[MAX_GAUSS];
   KernelMode mode;
   mode.finite = s.nlgeom;
   for (int k = el.gauss_of[e], g = 0; k < el.gauss_of[e + 1]; ++k, ++g)
     h[g] = {history_at(l.he, el.history, k), unused + g * MAX_HISTORY};
   for (int a = 0; a < nen; ++a) std::copy_n(&l.u[node[a] * m.dim], m.dim, u + a * m.dim);
-  if (elem_form_general(b, slot, elem_law(m, el, b, slot, c), mode, u, u, h, re, nullptr) != STATUS_OK)
-    return 0.0;
-  for (int a = 0; a < nen; ++a)
-    for (int i = 0; i < m.dim; ++i)
-      work += re[a * m.dim + i] * (l1.u[node[a] * m.dim + i] - l0.u[node[a] * m.dim + i]);
+  return elem_form_general(b, slot, elem_law(m, el, b, slot, c), mode, u, u, h, re, nullptr) == STATUS_OK;
+}
+
+// work over the step of the force that a broken element has in level l with the degradation factor c
+double broken_work(const Model& m, const Step& s, const Elements& el, const Level& l0, const Level& l1,
+                   const Level& l, int e, double c)
+{
+  const int *node = m.mesh.conn.begin(e), n = m.mesh.conn.count(e) * m.dim;
+  double re[3 * MAX_NODES], work = 0.0;
+  if (!force_of(m, s, el, l, e, c, re)) return 0.0;
+  for (int k = 0; k < n; ++k) {
+    const int dof = node[k / m.dim] * m.dim + k % m.dim;
+    work += re[k] * (l1.u[dof] - l0.u[dof]);
+  }
   return work;
 }
 
@@ -67,6 +75,19 @@ double frac_degraded(const Model& m, const Step& s, const Elements& el, const Po
   }
   comm_sum(&sum, 1);
   return sum;
+}
+
+void frac_forces(const Model& m, const Step& s, const Elements& el, const std::vector<Erosion>& all,
+                 const Level& l, double sign, RealVec& f)
+{
+  double re[3 * MAX_NODES];
+  for (const Erosion& x : all) {
+    if (x.elem < 0 || !m.part.works(x.elem)) continue;
+    const int* node = m.mesh.conn.begin(x.elem);
+    if (!force_of(m, s, el, l, x.elem, l.degr[x.elem], re)) continue;
+    for (int k = 0; k < m.mesh.conn.count(x.elem) * m.dim; ++k)
+      f[static_cast<size_t>(node[k / m.dim]) * m.dim + k % m.dim] += sign * re[k];
+  }
 }
 
 void frac_count_releasing(const Model& m, Fracture& fr)

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "base/comm.h"
@@ -43,10 +44,16 @@ double frac_drive(const Model& m, const Step& s, const Elements& el, const FracM
   return sum / fm.volume[e];
 }
 
+bool frac_uses_energy(const Model& m)
+{
+  return std::any_of(m.fracture.begin(), m.fracture.end(),
+                     [](const FractureDef& f) { return f.criterion != CRITERION_COHESIVE; });
+}
+
 void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
                   const RealVec& energy, Fracture& fr)
 {
-  if (s.proc != PROC_DYNAMIC || m.fracture.empty()) return;
+  if (s.proc != PROC_DYNAMIC || !frac_uses_energy(m)) return;
   const size_t nelem = fm.def.size();
   const double dt    = l.time - fr.drive_time;
   if (!fr.mean.empty() && dt <= 0.0) return;

@@ -476,6 +476,7 @@ void find_energies(const RealVec& energy, Scan& s)
   const size_t nelem = s.fm.size.size();
   s.W.assign(nelem, 0.0);
   s.drive.assign(nelem, -1.0);
+  if (!frac_uses_energy(s.m)) return;
   for (size_t e = 0; e < nelem; ++e)
     if (s.intact(static_cast<int>(e))) s.W[e] = energy[e] / s.fm.volume[e];
   frac_share(s.m.part, s.W);
@@ -508,6 +509,7 @@ void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
 // COHESIVE: no traction at all Gauss points
 void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
 {
+  if (!elem_cracked(s.l, e)) return;
   const double end  = crack_open(crack_of(s.def(e)));
   const MatLaw& law = s.el.block[s.el.initial_block[e]].law;
   double least = 1e300;

@@ -48,10 +48,19 @@ Mat3 full_of(const double* S)
   return m;
 }
 
+// are all principal stresses below the limit? By the signs of the leading minors of S - limit
+bool all_below(const double* S, double limit)
+{
+  const double x = S[0] - limit, y = S[1] - limit, z = S[2] - limit;
+  if (!(x < 0.0) || !(x * y > S[3] * S[3])) return false;
+  return x * (y * z - S[4] * S[4]) - S[3] * (S[3] * z - S[4] * S[5]) + S[5] * (S[3] * S[4] - y * S[5]) < 0.0;
+}
+
 // the largest principal stress by the Lode angle; in 2D: in the plane. Below the limit: an upper bound
 double largest_stress(const CrackLaw& c, const double* S, double limit)
 {
   if (c.dim == 2) return 0.5 * (S[0] + S[1]) + std::hypot(0.5 * (S[0] - S[1]), S[3]);
+  if (all_below(S, limit)) return limit;
   const double mean = (S[0] + S[1] + S[2]) / 3.0, x = S[0] - mean, y = S[1] - mean, z = S[2] - mean,
                J2 = 0.5 * (x * x + y * y + z * z) + S[3] * S[3] + S[4] * S[4] + S[5] * S[5],
                J3 = x * (y * z - S[4] * S[4]) - y * S[5] * S[5] - z * S[3] * S[3] +

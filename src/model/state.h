@@ -200,6 +200,7 @@ struct Level {                 // one time level
   RealVec he, hp;
   // [nelem] degradation factor of psi+: 1 intact, c when fully released; empty: no fracture
   RealVec degr;
+  IntVec cracked;              // [nelem] 1: a cohesive crack has begun to open; empty: no law has one
   RealVec q;                   // [nelem] pressure of the bulk viscosity (6.35); empty: there is none
 };
 

@@ -202,6 +202,7 @@ bool level_fits(const Model& m, const State& s, const Level& l)
   return std::fabs(l.time) < FAR && real(l.u, nodal) && real(l.v, nodal) && real(l.a, nodal) &&
          real(l.uc, corners) && real(l.vc, corners) && real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) &&
          (l.q.empty() || real(l.q, m.mesh.nelem())) &&
+         (l.cracked.empty() || has(l.cracked, m.mesh.nelem())) &&
          history_fits(m, s.points, l) && finite(l.slip, bonds * dim) &&
          real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
 }

@@ -166,10 +166,10 @@ inline void io(Archive& f, Fracture& x)
 
 inline void io(Archive& f, Level& x)
 {
-  auto& [time, u, v, a, uc, vc, slip, lambda, lambda_n, he, hp, degr, q] = x;
+  auto& [time, u, v, a, uc, vc, slip, lambda, lambda_n, he, hp, degr, cracked, q] = x;
   io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), of_corners(uc), of_corners(vc),
          of_bonds(slip), of_bonds(lambda), of_bonds(lambda_n), of_gauss(he), of_points(hp), of_elems(degr),
-         of_elems(q));
+         of_elems(cracked), of_elems(q));
 }
 
 inline void io(Archive& f, Ledger& x)

@@ -197,7 +197,13 @@ void sample_gauss(const Model& m, const Elements& el, const State& s, const Quan
                   Sample& sample)
 {
   IpFields f;
+  const ElemBlock& b = el.block[el.initial_block[e]];
+  const bool closed  = std::string(q.word) == "CRACKW" && !elem_cracked(s.n, e);
   for (int g = 0; g < elem_gauss(m, el, e); ++g) {
+    if (closed) {
+      sample.add(0.0, b.w[b.gauss(el.slot_of[e]) + g]);
+      continue;
+    }
     elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
     sample.add(q.point(f, q.comp), f.V0);
   }

@@ -98,18 +98,25 @@ Status analyse_mumps_or_chm(Solver& s, const SysMatrix& A)
   return analyse_for_mumps(s, A);
 }
 
-// A matrix that is not clearly positive definite is left to MUMPS, and so are the following ones of this
-// pattern. With REUSE=NO each matrix is tried, so that a restarted run does the same
+// Factorisations by MUMPS after a matrix that is not clearly positive definite: 1, then twice as many after
+// each failure, up to this number; time only  (no test)
+const int CHOLMOD_PAUSE = 64;
+
+// A matrix that is not clearly positive definite is left to MUMPS, and so are some of the following ones of
+// this pattern. With REUSE=NO each matrix is tried, so that a restarted run does the same
 Status factor_mumps_or_chm(Solver& s, const SysMatrix& A)
 {
   SolverData& d = *s.data;
   d.by_chm      = false;
-  if (d.chm) {
+  if (d.chm && (d.chm_wait == 0 || !s.def.reuse)) {
     const Status status = chm_factor(s, A);
     d.by_chm            = status == STATUS_OK;
     if (d.by_chm) ++s.ncholmod;
+    if (d.by_chm) d.chm_pause = 0;
     if (status != SOLVER_SINGULAR) return status;
-    if (s.def.reuse) d.chm.reset();
+    d.chm_wait = d.chm_pause = std::min(std::max(1, 2 * d.chm_pause), CHOLMOD_PAUSE);
+  } else if (d.chm) {
+    --d.chm_wait;
   }
   if (!d.for_mumps) {
     const Status status = analyse_for_mumps(s, A);
@@ -271,6 +278,7 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   ++s.nanalyse;
   d.factored = d.analysed = d.by_chm = d.for_mumps = false;
   d.chm.reset();
+  d.chm_wait = d.chm_pause = 0;
   d.pattern.dim = A.dim;
   d.pattern.off = A.off;
   d.pattern.col = A.col;

@@ -209,6 +209,7 @@ struct SolverData {
   std::shared_ptr<FirstAlone> first;     // several ranks: systems that rank 0 solves alone
   std::shared_ptr<MumpsData> mumps;
   std::shared_ptr<ChmData> chm;    // null: CHOLMOD is not tried with this pattern
+  int chm_wait = 0, chm_pause = 0; // factorisations until CHOLMOD is tried again; after its next failure
 };
 
 // solve_same_pattern : is the pattern of A that of the last analysis, on all ranks?

@@ -246,6 +246,7 @@ struct LinearSystem {
   RealVec whole;               // [neq] diagonal before equations; without equations: empty
   double residual = 0.0, energy = 0.0;   // largest norm of R and sqrt(f dx) so far, scales of accuracy
   double own_energy = 0.0;     // f dx of this rank
+  bool secant = false;         // A has the secants of cohesive cracks (6.38)
   RealVec g, along;            // [neq] RIKS: right-hand side per load time, and its correction
 };
 
@@ -283,6 +284,9 @@ void step_gain(NewtonMemory& memory, int it, double gain);
 
 // step_flow_unsymmetric : is the plastic flow of a material non-associated, its tangent unsymmetric?
 bool step_flow_unsymmetric(const Model& m);
+
+// step_opens : can cohesive cracks open?
+bool step_opens(const Model& m);
 
 // step_mode : data of the scheme for the kernel: S of energy-momentum, or all at t(n+1)
 KernelMode step_mode(const Step& s);

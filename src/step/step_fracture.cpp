@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "model/model_cut.h"
@@ -60,6 +61,37 @@ bool breaks_smoothly(const Model& m, const Step& s, const std::vector<Erosion>& 
          });
 }
 
+// Explicit: cohesive elements that break are open and have no bulk viscosity: forces change at their nodes
+// only
+bool breaks_open(const Problem& p, const Step& s, const std::vector<Erosion>& erode)
+{
+  return s.explicit_steps() && !step_on_grid(p.d, p.dofs) && !p.dofs.bound.tie.any && !step_damps(p) &&
+         std::all_of(erode.begin(), erode.end(), [&](const Erosion& e) {
+           const FractureDef& f = p.m.fracture[e.def];
+           return f.criterion == CRITERION_COHESIVE && f.release == 0.0;
+         });
+}
+
+// adds the accelerations of forces [nnode*dim] to those of t(n). The kinetic energy of the half step changes
+// with them: fracture energy                                                                    (6.33)
+void jump_forces(Problem& p, RealVec& force)
+{
+  const Dofs& s = p.dofs;
+  const int dim = s.rows.dim;
+  double change = 0.0;
+  if (p.m.part.on) halo_sum(p.m.part.halo, dim, force);
+  for (int i = 0; i < s.rows.nfe * dim; ++i) {
+    const int k = s.rows.node_of_row[i / dim] * dim + i % dim;
+    if (force[k] == 0.0 || s.bound.fixed[i] != DOF_FREE) continue;
+    const double mass = s.mass.lumped[i / dim], before = p.st.n.a[k], after = before + force[k] / mass;
+    p.st.n.a[k] = after;
+    if (s.rows.counts(i)) change += mass * (after * after - before * before);
+  }
+  comm_sum(&change, 1);
+  p.st.ledger.fracture += 0.125 * p.st.ledger.leap * p.st.ledger.leap * change;
+  if (p.m.part.around.on()) halo_copy(p.m.part.halo, dim, p.st.n.a);
+}
+
 // releases points, breaks elements and converts those that are due. The released energy is booked separately.
 //   convert   numbers in the mesh of the deck
 Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosion>& erode, const IntVec& torn,
@@ -67,8 +99,10 @@ Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosio
 {
   State& st = p.st;
   double released = 0.0;
-  const bool smooth = convert.empty() && torn.empty() && breaks_smoothly(p.m, s, erode);
-  if (s.explicit_steps() && !smooth) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  const bool alone  = convert.empty() && torn.empty();
+  const bool smooth = alone && breaks_smoothly(p.m, s, erode), open = alone && breaks_open(p, s, erode);
+  RealVec jump(open ? st.n.u.size() : 0, 0.0);
+  if (s.explicit_steps() && !smooth && !open) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   const double before = ledger_energy(st.ledger);
   step_undo_state(st, u);
   // dynamics without accelerations: nothing can fail after this that a shorter increment would mend
@@ -78,7 +112,9 @@ Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosio
     if (!convert.empty() || !torn.empty()) bond_copy_contact(p.m, st.bonds, st.n);
     if (!torn.empty()) frac_release(p.m, p.d.fm, torn, convert.empty(), st);
     RealVec gain;
+    if (open) frac_forces(p.m, s, p.d.el, erode, st.n, 1.0, jump);
     frac_erode(p.m, s, p.d.el, p.d.fm, erode, st.frac, st.n, gain);
+    if (open) frac_forces(p.m, s, p.d.el, erode, st.n, -1.0, jump);
     for (size_t k = 0; k < erode.size(); ++k) {
       const Erosion& e = erode[k];
       released += gain[k];
@@ -96,7 +132,11 @@ Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosio
   }
   p.ready = false;
   Failure failure = step_prepare(p, s);
-  if (!failure.ok() || (smooth && convert.empty())) return failure;
+  if (failure.ok() && open && !smooth) {
+    st.ledger.fracture += released;
+    jump_forces(p, jump);
+  }
+  if (!failure.ok() || smooth || open) return failure;
   // other rows, of which the ledger asks what is prescribed                                       (6.33)
   if (s.explicit_steps()) failure = dof_constrain(p.m, p.d, st, s, t_step, t_step, p.dofs, p.warned);
   if (!failure.ok()) return failure;
@@ -193,8 +233,9 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     Failure failure = apply(p, s, t_step, erode, torn, convert, before);
     if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
-      const bool smooth = convert.empty() && torn.empty() && breaks_smoothly(p.m, s, erode);
-      if (!scheme_of(s).acceleration || smooth) return STATUS_OK;
+      const bool alone = convert.empty() && torn.empty();
+      if (!scheme_of(s).acceleration || (alone && breaks_smoothly(p.m, s, erode))) return STATUS_OK;
+      if (alone && breaks_open(p, s, erode)) return STATUS_OK;
       p.newton.grid.a.clear();             // the forces have jumped
       // where points follow nodes, step_motion_begin evaluates all forces
       if (s.explicit_steps() && p.dofs.rows.hung) return STATUS_OK;

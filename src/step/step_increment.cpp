@@ -74,8 +74,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   c.unsymmetric_flow = step_flow_unsymmetric(m);
   for (const FractureDef& f : m.fracture)
     c.unsymmetric_flow = c.unsymmetric_flow || f.residual == SPLIT_GRANULAR;
-  for (const FractureDef& f : m.fracture)
-    c.opens = c.opens || (s.proc == PROC_STATIC && f.criterion == CRITERION_COHESIVE);
+  c.opens = s.proc == PROC_STATIC && step_opens(m);
   if (s.proc == PROC_STATIC && d.pairs.near) {
     int slips = 0;
     for (double mu : st.bonds.contact.friction) slips = slips || mu > 0.0;
@@ -94,7 +93,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
 void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, Attempt& a)
 {
   if (!a.step.extrapolate || a.step.arc.on || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
-      st.points.npoint_all() || st.frac.neroded > 0)
+      st.points.npoint_all() || (st.frac.neroded > 0 && frac_uses_energy(m)))
     return;
   a.guess   = dofs.bound.target;
   a.guesses = true;
@@ -197,9 +196,10 @@ void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
   }
   l.uc.resize(n.uc.size());
   l.vc.resize(n.vc.size());
-  for (RealVec Level::*x : {&Level::slip, &Level::lambda, &Level::lambda_n, &Level::he, &Level::hp,
-                            &Level::degr, &Level::q})
+  for (RealVec Level::*x : {&Level::slip, &Level::lambda, &Level::lambda_n, &Level::hp, &Level::degr,
+                            &Level::q})
     l.*x = n.*x;
+  elem_copy_history(p.d.el, n, l);
   l.time = n.time;
   if (s.bulk()) l.q.resize(p.m.mesh.nelem(), 0.0);
   else l.q.clear();
@@ -224,6 +224,12 @@ bool step_flow_unsymmetric(const Model& m)
   return std::any_of(m.material.begin(), m.material.end(), [](const Material& a) {
     return a.used && a.law == LAW_DRUCKER_PRAGER && a.friction != a.dilation;
   });
+}
+
+bool step_opens(const Model& m)
+{
+  return std::any_of(m.fracture.begin(), m.fracture.end(),
+                     [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; });
 }
 
 KernelMode step_mode(const Step& s)
@@ -261,7 +267,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   st.log.iterations = 0;
   st.log.residual   = 0.0;
   if (s.explicit_steps()) take_space(p.stable, a);
-  if (s.explicit_steps() && !p.m.fracture.empty() && step_tests(p, s, a.total1)) a.energy = &energy;
+  if (s.explicit_steps() && frac_uses_energy(p.m) && step_tests(p, s, a.total1)) a.energy = &energy;
   if (s.explicit_steps()) a.du.resize(p.dofs.rows.neq());      // written as a whole
   else a.du.assign(p.dofs.rows.neq(), 0.0);
   Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);

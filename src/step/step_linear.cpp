@@ -142,7 +142,11 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   Dofs& s = p.dofs;
   ReusedTangent& z = p.newton.tangent;
   const bool same = same_tangent(z, s, a);
-  const bool stay = same || (p.m.solver.reuse && near_tangent(p.newton.gain, a, it, residual, accepted));
+  // the secants of an earlier opening bound the energy as well
+  const bool keeps = l.secant && a.mode.crack == CRACK_SECANT;
+  l.secant = a.mode.crack == CRACK_SECANT;
+  const bool stay = same || keeps ||
+                    (p.m.solver.reuse && near_tangent(p.newton.gain, a, it, residual, accepted));
   l.f.resize(s.rows.neq());
   for (int i = 0; i < s.rows.neq(); ++i) l.f[i] = -R[i];
   const auto targets_reached = [&] {
@@ -196,7 +200,7 @@ SolveTask solve_task(Problem& p, const Attempt& a, int it, double residual, doub
   // a nearly singular tangent needs a preconditioner that is exact there
   const bool singular = a.newton.singular;
   task.energy = (singular ? 0.5 * ACCEPT : FINAL) * l.energy;
-  task.broken = singular;
+  task.broken = singular && !a.newton.opens;
   task.exact  = it > SLOW_ITERATIONS || a.arc.on;
   // dynamics too: the grid mass may be singular in modes that no corner sees  (3.14)
   p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.of_all.nodes) ? s.rows.nfe : -1;

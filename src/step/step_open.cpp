@@ -250,6 +250,7 @@ int step_open(Problem& p)
   st.n.lambda = st.n.slip;
   st.n.lambda_n.assign(st.bonds.nbond, 0.0);
   st.n.he.assign(static_cast<size_t>(p.d.el.gauss_of.back()) * p.d.el.history, 0.0);
+  if (step_opens(m)) st.n.cracked.assign(m.mesh.nelem(), 0);
   st.n.hp.assign(static_cast<size_t>(st.points.npoint) * p.d.point_law.history, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(m, st) + step_initial_stress(p);
