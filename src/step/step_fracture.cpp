@@ -25,7 +25,7 @@ const double TEST_INTERVAL = 0.5;
 const int CONVERT_EVERY = 4;
 
 // Explicit: domains are reshaped only every so many increments, for the same reason
-// (test: strength/sand_column.inp)
+// (no test)
 const int RESHAPE_EVERY = 10;
 
 bool may_convert(const Step& s, const StepLog& log)
