@@ -216,8 +216,8 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
 
 namespace {
 
-// corners of bodies with RESHAPE take the velocity of the grid: what it cannot represent is lost; the
-// projection conserves linear and angular momentum                                                   (3.13)
+// explicit: corners of bodies with RESHAPE take the velocity of the grid: what it cannot represent is lost;
+// the projection conserves linear and angular momentum                                               (3.13)
 void take_grid_velocity(Problem& p)
 {
   const GridVelocity& grid = p.newton.grid;
@@ -243,7 +243,7 @@ Failure step_reshape(Problem& p, const Step& s, double t_step)
     return STATUS_OK;
   if (s.explicit_steps()) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   const double before = ledger_energy(st.ledger);
-  if (s.proc == PROC_DYNAMIC) take_grid_velocity(p);
+  if (s.explicit_steps()) take_grid_velocity(p);
   const IntVec which = point_stretched(p.m, st.points, st.n.uc);
   if (which.empty()) {
     ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
