@@ -350,6 +350,10 @@ void check_materials(Deck& d, const Model& m)
             "dissipation at a crack tip is not in the criterion; remove *" + plastic_word(a) +
                 ", or these elements from the set" +
                 (a.law == LAW_DRUCKER_PRAGER ? ", or use CRITERION=COHESIVE" : ""));
+    if (a.gap && a.breaks)
+      fault(d, "DRUCKER PRAGER", a.deck_line, a.name,
+            "material " + a.name + " has APEX=GAP, and *EIGENFRACTURE contains elements of it: the crack "
+            "opens and closes instead; leave out APEX=GAP");
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.deck_line, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
@@ -542,6 +546,25 @@ void check_fill(Deck& d, const Model& m, const Body& body)
         "WHERE is 0 at the centre of every domain of the box: 0 points; check the box and the function");
 }
 
+// what reshaped domains cannot do
+void check_reshape(Deck& d, const Model& m, const Body& b)
+{
+  if (b.reshape == 0.0 || b.material < 0) return;
+  const Material& a = m.material[b.material];
+  const auto refuse_it = [&](const std::string& why) {
+    fault(d, "MATERIAL POINTS", b.deck_line, "RESHAPE", "body " + b.name + ", RESHAPE: " + why);
+  };
+  const int i = static_cast<int>(&b - m.body.data());
+  if (!law_flows(a.law))
+    refuse_it("material " + a.name + " does not flow; its strain is lost with the shape; write *PLASTIC or "
+              "*DRUCKER PRAGER, or leave RESHAPE out");
+  if (a.prestressed) refuse_it("not with *INITIAL CONDITIONS, TYPE=STRESS");
+  if (model_general_contact(m) >= 0 ||
+      std::any_of(m.surface.begin(), m.surface.end(), [&](const Surface& s) { return s.body == i; }))
+    refuse_it("reshaped domains leave gaps, so the body has no surface for *CONTACT, *BOND or loads");
+  if (comm_size() > 1) refuse_it("runs on one rank");
+}
+
 // warns of overlapping boxes of points, which would double the material
 void check_overlap(Deck& d, const Model& m)
 {
@@ -570,6 +593,7 @@ void check_bodies(Deck& d, const Model& m)
     }
     if (b.lo[0] > b.hi[0] || m.grid.h[0] <= 0.0) continue;
     check_body_box(d, m, b);
+    check_reshape(d, m, b);
     if (b.fill == FILL_BLOCK || b.fill == FILL_REGION) check_fill(d, m, b);
   }
   if (m.grid.given) check_overlap(d, m);

@@ -3,12 +3,14 @@
 #include "deck/kw_plastic.h"
 
 // ---------------------------------------------------------------------------
-// *DRUCKER PRAGER[, SHEAR CRITERION=LINEAR] : friction angle, flow stress ratio, dilation angle
+// *DRUCKER PRAGER[, SHEAR CRITERION=LINEAR][, APEX=PLASTIC|GAP] : friction angle, flow stress ratio,
+// dilation angle
 // ---------------------------------------------------------------------------
 void kw_drucker_prager(Card& card, Model& model)
 {
   Material& m = card_parent_material(card, model);
   card_param_word(card, "SHEAR CRITERION", "LINEAR", 0);
+  m.gap = card_param_word(card, "APEX", "PLASTIC|GAP", 0) == 1;
   if (!card_line(card)) {
     card_error(card, card.head.at, "*DRUCKER PRAGER needs a line: friction angle, ratio, dilation angle");
     return;

@@ -27,6 +27,8 @@ void check_fill(Card& card, const Body& b, const Field& elset)
   if (b.fill == FILL_ELSET && elset.empty())
     card_error(card, card.head.at, "FILL=ELSET needs ELSET=name of the elements that become points");
   if (b.fill != FILL_ELSET && !elset.empty()) card_error(card, elset, "ELSET= requires FILL=ELSET");
+  if (b.fill == FILL_ELSET && b.reshape > 0.0)
+    card_error(card, card_param(card, "RESHAPE")->key, "RESHAPE requires FILL=BLOCK or REGION");
   if (b.fill != FILL_REGION && card_param(card, "WHERE"))
     card_error(card, card_param(card, "WHERE")->key, "WHERE requires FILL=REGION");
   if (b.fill == FILL_REGION && !card_param(card, "WHERE"))
@@ -51,6 +53,7 @@ void kw_material_points(Card& card, Model& model)
   if (model.dim == 3) b.plane = PLANE_NONE;
   check_plane(card, model.dim);
   b.field     = card_param_int(card, "FIELD", 0, 0, 1000);
+  b.reshape   = card_param_real(card, "RESHAPE", 0.0, above(1.1));
   card_param_expr(card, "WHERE", b.where);
   const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");
   check_fill(card, b, elset);

@@ -50,6 +50,7 @@ struct LawOutput {
   double dissipated;           // energy / volume dissipated since t(n); 0 unless set   force/length^2
   double S[6];                 // stress                                              force/length^2
   double D[36];                // dS/dE                                               force/length^2
+  double E33;                  // strain across a sheet in plane stress, of a law that computes it
 };
 
 struct Law {
@@ -71,7 +72,7 @@ struct Law {
   // step : law_step of this law; null: law_step_any
   bool (*step)(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
                const double* h_n, double* h_np1, double* S, double* C);
-  bool free_thickness = false; // plane stress: update computes E33 from E11, E22, E12
+  bool free_thickness = false; // plane stress: update computes E33 from E11, E22, E12 and condenses D
 };
 
 // law_of : the row of the table

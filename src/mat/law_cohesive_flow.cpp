@@ -7,7 +7,8 @@
 //   tau = cone(e - w/b N),  tau_N = f(k)/k w                                                         (2.41)
 //
 // Compression causes flow, tension opens the crack. STIFFNESS is the residual fraction of the elastic
-// stiffness across the crack.
+// stiffness across the crack. In plane stress the strain across the sheet follows from tau_33 = 0 at each w,
+// where the cone alone has one: at a given strain across the sheet w, and with it tau_33, may jump.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,11 @@ enum { CRACK = FLOW_EQUIVALENT + 1, FLOW_WORK = CRACK + CRACK_OPENING + 1 };    
 // relative to the elastic stiffness: lower bound where flow of the material makes the crack snap back
 // (no test)
 const double MIN_STIFFNESS = 1e-3;
+// plane stress: least stiffness across the sheet, relative to mu; tau_33 relative to the stress; evaluations
+// of tau_33, 1 to 6 by Newton's method, about 60 by bisection  (no test)
+const double SOFT       = 1e-3;
+const double ROUND      = 1e-14;
+const int MAX_THICKNESS = 200;
 
 // The crack and the adjacent material, at one strain
 struct Opened {
@@ -35,21 +41,53 @@ struct Opened {
   double stored() const { return beside.psi + (width > 0.0 ? 0.5 * s * w * w / width : 0.0); }
 };
 
+// e3 of plane stress: tau_3 = 0 in the principal trial strains x, x(thick) the start. In c the strain across
+// the sheet is eliminated in the plane
+ConeState sheet_state(const MatLaw& law, Vec3& x, int thick, double a)
+{
+  double lo = -HUGE_VAL, hi = HUGE_VAL, away = 1e-4 + x.cwiseAbs().maxCoeff();
+  ConeState b = cone_state(law, x, a);
+  for (int it = 0; it < MAX_THICKNESS; ++it) {
+    const double t3 = b.tau(thick), c33 = b.c(thick, thick), old = x(thick);
+    if (std::fabs(t3) <= ROUND * b.tau.cwiseAbs().sum() || std::fabs(t3) <= 1e-15 * law.mu) break;
+    (t3 > 0.0 ? hi : lo) = old;
+    double next = c33 > 0.0 ? old - t3 / c33 : HUGE_VAL;
+    if (!(next > lo && next < hi && std::fabs(next - old) <= 2.0 * away)) {
+      next = std::isfinite(lo) && std::isfinite(hi) ? 0.5 * (lo + hi) : old + (t3 > 0.0 ? -away : away);
+      away *= 2.0;
+    }
+    if (next == old) break;
+    x(thick) = next;
+    b = cone_state(law, x, a);
+  }
+  b.tau(thick) = 0.0;
+  const Vec3 c3 = b.c.col(thick);
+  const double pivot = std::max(c3(thick), SOFT * law.mu);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (i != thick && j != thick) b.c(i, j) -= c3(i) * c3(j) / pivot;
+  return b;
+}
+
 // The state before it opens
 struct Closed {
   const MatLaw& law;
-  Vec3 e;                      // trial
+  Vec3 e;                      // trial; across a sheet: of the last state
   double a;                    // equivalent plastic strain
+  int thick;                   // axis across a sheet in plane stress, else -1
   int axis;                    // of the opening
   double width;
 
   double elastic() const { return (law.lam3 + 2.0 * law.mu) / width; }
   double left() const { return law.c * elastic(); }
-  ConeState at(double w) const
+  ConeState at(double w)
   {
     Vec3 x = e;
     if (w != 0.0) x(axis) -= w / width;
-    return cone_state(law, x, a);
+    if (thick < 0) return cone_state(law, x, a);
+    const ConeState b = sheet_state(law, x, thick, a);
+    e(thick) = x(thick);
+    return b;
   }
   // traction in loading to w; secant stiffness of unloading from k: force/length^2, /length
   double traction(double w) const { return cohesion(law.crack, w).f + left() * w; }
@@ -57,7 +95,7 @@ struct Closed {
 };
 
 // w at equilibrium of stress and traction; grows: beyond k, else below
-double opening(const Closed& c, double k, bool grows)
+double opening(Closed& c, double k, bool grows)
 {
   const auto excess = [&](double w, double* slope) {
     const ConeState b = c.at(w);
@@ -72,7 +110,7 @@ double opening(const Closed& c, double k, bool grows)
 }
 
 // (2.41) of a crack with the largest opening k so far
-Opened open(const Closed& c, double k)
+Opened open(Closed& c, double k)
 {
   Opened o;
   o.beside = c.at(0.0);
@@ -92,13 +130,61 @@ Opened open(const Closed& c, double k)
   return o;
 }
 
-// the axis of the largest stress; in 2D: in the plane
-int axis_of(const CrackLaw& c, const HenckyTrial& t, const Vec3& tau)
+// the axis of the largest elastic strain, which is that of the largest stress; in 2D: in the plane
+int axis_of(const CrackLaw& c, const HenckyTrial& t)
 {
   int best = -1;
   for (int i = 0; i < 3; ++i)
-    if ((c.dim == 3 || std::fabs(t.n(2, i)) < 0.5) && (best < 0 || tau(i) > tau(best))) best = i;
+    if ((c.dim == 3 || std::fabs(t.n(2, i)) < 0.5) && (best < 0 || t.e(i) > t.e(best))) best = i;
   return best;
+}
+
+// the axis across the sheet
+int thickness_axis(const HenckyTrial& t)
+{
+  int at;
+  t.n.row(2).cwiseAbs().maxCoeff(&at);
+  return at;
+}
+
+// the strain across the sheet at the elastic trial strain e3 (2.24), with the plastic one in h_n
+double thickness_strain(bool finite, const double* h_n, double e3)
+{
+  const double flow = h_n[FLOW_DEFORMATION + 2];
+  return finite ? 0.5 * (std::expm1(2.0 * e3) - flow) / (1.0 + flow) : e3 - 0.5 * flow;
+}
+
+// the trial state of another e3; axes and all other strains stay as they are
+void set_thickness(bool finite, const double* h_n, double e3, int thick, HenckyTrial& t, LawOutput& out)
+{
+  out.E33 = thickness_strain(finite, h_n, e3);
+  t.e(thick) = e3;
+  t.x(thick) = finite ? std::expm1(2.0 * e3) : 2.0 * e3;
+  if (!finite) {
+    t.LL(2, 2) = 2.0 * out.E33;
+    return;
+  }
+  t.L(2, 2)  = std::sqrt(1.0 + 2.0 * out.E33);
+  t.LL(2, 2) = 2.0 * out.E33;
+  t.M(2, thick) = t.n(2, thick) / t.L(2, 2);
+}
+
+bool trial_of(bool finite, const double* strain, const double* h_n, bool sheet, HenckyTrial& t)
+{
+  double E[6];
+  std::copy_n(strain, 6, E);
+  if (sheet) E[2] = 0.0;
+  if (finite) return hencky_trial(E, h_n, t);
+  hencky_small(E, h_n, t);
+  return true;
+}
+
+// the moduli with the crack: in a sheet those of the plane
+void soften(double flexible, const Closed& c, Mat3& D)
+{
+  Vec3 N = D.col(c.axis);
+  if (c.thick >= 0) N(c.thick) = 0.0;
+  D -= flexible * N * N.transpose();
 }
 
 // the normal of the crack at t = 0
@@ -110,7 +196,7 @@ void follow(const Closed& c, const Opened& o, double* h, LawOutput& out)
 {
   const double width = crack_next_width(c.law.crack, o.width, o.k);
   if (width == o.width) return;
-  Closed next{c.law, o.beside.e, o.beside.equivalent, c.axis, width};
+  Closed next{c.law, o.beside.e, o.beside.equivalent, c.thick, c.axis, width};
   next.e(c.axis) += o.w / c.width;
   const Opened then = open(next, o.k);
   h[CRACK_WIDTH] = next.width;
@@ -125,21 +211,23 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
 {
   const CrackLaw& crack = law.crack;
   std::copy_n(h_n, FLOW_WORK + 1, h_np1);
-  // 1. trial
+  const bool sheet = law.plane == PLANE_STRESS;
+  // 1. trial; in plane stress e3 of elastic strain is where the search begins
   HenckyTrial t;
-  if (!finite) hencky_small(E, h_n, t);
-  else if (!hencky_trial(E, h_n, t)) return false;
-  Closed c{law, t.e, h_n[FLOW_EQUIVALENT], 0, h_n[CRACK + CRACK_WIDTH]};
+  if (!trial_of(finite, E, h_n, sheet, t)) return false;
+  Closed c{law, t.e, h_n[FLOW_EQUIVALENT], sheet ? thickness_axis(t) : -1, axis_of(crack, t),
+           h_n[CRACK + CRACK_WIDTH]};
+  if (sheet) c.e(c.thick) = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (t.e.sum() - t.e(c.thick));
   Opened o;
   o.beside = c.at(0.0);
   const Vec3 tau = o.beside.tau;
   // 2. the crack
   const double k = h_n[CRACK + CRACK_OPENING];
-  c.axis = axis_of(crack, t, tau);
   if (c.width > 0.0 || tau(c.axis) > crack_strength(crack)) {
     if (c.width == 0.0) c.width = crack_width(crack, normal_of(t, c.axis).data());
     o = open(c, k);
   }
+  if (sheet) set_thickness(finite, h_n, c.e(c.thick), c.thick, t, out);
   hencky_stress(t, o.beside.tau, out.S);
   out.psi        = o.stored();
   out.dissipated = o.beside.dissipated;
@@ -159,7 +247,8 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
   // 4. tangent
   if (!tangent) return true;
   Mat3 D = o.beside.c;
-  if (o.w > 0.0) D -= o.flexible / o.width * D.col(c.axis) * D.row(c.axis);
+  if (o.w > 0.0) soften(o.flexible / o.width, c, D);
   hencky_tangent(t, crack.tangent == CRACK_SECANT ? tau : o.beside.tau, D, out.D);
+  for (int i = 0; sheet && i < 6; ++i) out.D[12 + i] = out.D[6 * i + 2] = 0.0;
   return true;
 }

@@ -4,6 +4,10 @@
 //   q - tan(friction) p - d(a) <= 0,  p = -tr(tau)/3                                               (2.37)
 //   flow: deviator as von Mises, volume increase tan(dilation) per unit of it                       (2.38)
 //
+// APEX=GAP: the volume that the apex gives is a gap, which closes before the material carries pressure again:
+//
+//   e = e_trial + gap/3 1, and at the apex the new gap is the volume by which the return enlarges it (2.45)
+//
 // In logarithmic elastic strains as law_j2.cpp, with a cone as yield surface: a return beyond the apex ends
 // at the apex. If friction and dilation differ, the tangent is not symmetric; its symmetric part is used.
 // ---------------------------------------------------------------------------
@@ -21,6 +25,9 @@ const double ON_CONE = 1e-12;
 // relative to the elastic stiffness, at the apex, where the tangent is zero  (test: strength/dp_apex.inp)
 const double APEX = 1e-3;
 
+// history of APEX=GAP: volume strain of the gap
+enum { FLOW_GAP = FLOW_EQUIVALENT + 1 };
+
 // Return to the cone of a trial stress
 struct ConeReturn {
   double p, q;                 // pressure and equivalent stress of the trial
@@ -29,6 +36,7 @@ struct ConeReturn {
   double beta   = 1.0;         // factor of the trial deviator
   double end = 0.0;            // pressure after the return
   double stiff = 0.0;          // d f/d gamma
+  double gap   = 0.0;          // volume strain of the gap before
   bool flows = false, apex = false;
 };
 
@@ -61,12 +69,14 @@ void to_apex(const MatLaw& law, double K, double a, ConeReturn& r)
 
 // q - 3 mu gamma - tan(friction) (p + K tan(dilation) gamma) = d(a + rate gamma); the table is piecewise
 // linear
-ConeReturn cone_return(const MatLaw& law, double K, double p, double q, double a)
+ConeReturn cone_return(const MatLaw& law, double K, double p, double q, double a, double gap = 0.0)
 {
   const Material& m = *law.material;
   ConeReturn r;
+  p -= K * gap;
   r.p = r.end = p;
-  r.q = q;
+  r.q   = q;
+  r.gap = gap;
   double slope, d = cohesion(m, a, &slope);
   if (q - m.friction * p - d <= ON_CONE * d) return r;
   r.flows = true;
@@ -104,17 +114,23 @@ Moduli moduli(const MatLaw& law, double K, const ConeReturn& r)
 }
 
 // dissipation: by the cohesion with its hardening, and by friction minus dilation; at the apex the work of
-// the tension
+// the tension, less that on a gap before
 void note_flow(const MatLaw& law, const ConeReturn& r, const double* h_n, double* h_np1, LawOutput& out)
 {
   const Material& m = *law.material;
   const double a = h_n[FLOW_EQUIVALENT], rate = strain_rate(m);
+  double slope;
   h_np1[FLOW_EQUIVALENT] = a + rate * r.gamma;
-  if (!r.flows) return;
-  out.dissipated = r.apex ? -r.end * r.volume
-                          : (yield_work(m, a + rate * r.gamma) - yield_work(m, a)) * cone_part(m) / rate +
-                                (m.friction - m.dilation) * r.end * r.gamma;
+  h_np1[FLOW_GAP]        = m.gap && r.apex ? r.volume : 0.0;
+  if (r.flows)
+    out.dissipated = r.apex ? -r.end * r.volume
+                            : (yield_work(m, a + rate * r.gamma) - yield_work(m, a)) * cone_part(m) / rate +
+                                  (m.friction - m.dilation) * r.end * r.gamma;
+  if (r.gap > 0.0) out.dissipated -= cohesion(m, a, &slope) / m.friction * r.gap;
 }
+
+// the gap before, if there can be one
+double gap_of(const MatLaw& law, const double* h_n) { return law.material->gap ? h_n[FLOW_GAP] : 0.0; }
 
 // increment of the plastic strain over the trial deviator
 double flow_rate(const ConeReturn& r) { return r.flows && r.q > 0.0 ? 1.5 * r.gamma / r.q : 0.0; }
@@ -128,11 +144,12 @@ bool cone_small_strain(const MatLaw& law, const double* E, const double* h_n, do
 {
   const double K     = bulk_modulus(law);
   const SmallTrial t = small_trial(law, E, h_n);
-  const ConeReturn r     = cone_return(law, K, -K * t.tr, std::sqrt(1.5 * t.ss), h_n[FLOW_EQUIVALENT]);
+  const ConeReturn r     = cone_return(law, K, -K * t.tr, std::sqrt(1.5 * t.ss), h_n[FLOW_EQUIVALENT],
+                                 gap_of(law, h_n));
   for (int i = 0; i < 6; ++i) out.S[i] = r.beta * t.s[i] - (i < 3 ? r.end : 0.0);
   out.psi = 0.5 * r.end * r.end / K + 0.25 / law.mu * r.beta * r.beta * t.ss;
   small_flow(t, flow_rate(r), h_n, h_np1);
-  for (int i = 0; i < 3; ++i) h_np1[FLOW_DEFORMATION + i] -= 2.0 / 3.0 * r.volume;
+  for (int i = 0; i < 3; ++i) h_np1[FLOW_DEFORMATION + i] -= 2.0 / 3.0 * (r.volume - r.gap);
   note_flow(law, r, h_n, h_np1, out);
   if (tangent) small_tangent(t, moduli(law, K, r), out.D);
   return true;
@@ -145,7 +162,7 @@ ConeState cone_state(const MatLaw& law, const Vec3& e, double a)
   const double K = bulk_modulus(law);
   const Vec3 s   = deviator(law, e);
   const ConeReturn r = cone_return(law, K, -K * e.sum(), std::sqrt(1.5) * s.norm(), a);
-  double h[FLOW_EQUIVALENT + 1] = {}, flowed[FLOW_EQUIVALENT + 1];
+  double h[FLOW_GAP + 1] = {}, flowed[FLOW_GAP + 1];
   h[FLOW_EQUIVALENT] = a;
   LawOutput out;
   out.dissipated = 0.0;
@@ -170,14 +187,16 @@ bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const d
   double tr;
   const Vec3 s = hencky_deviator(law, t, tr);
   // 2. return
-  const ConeReturn r = cone_return(law, K, -K * tr, std::sqrt(1.5) * s.norm(), h_n[FLOW_EQUIVALENT]);
+  const ConeReturn r = cone_return(law, K, -K * tr, std::sqrt(1.5) * s.norm(), h_n[FLOW_EQUIVALENT],
+                                   gap_of(law, h_n));
   const Vec3 tau = r.beta * s - Vec3::Constant(r.end);
   out.psi = 0.5 * r.end * r.end / K + 0.25 / law.mu * r.beta * r.beta * s.squaredNorm();
   hencky_stress(t, tau, out.S);
   // 3. history
   std::copy_n(h_n, FLOW_EQUIVALENT, h_np1);
   note_flow(law, r, h_n, h_np1, out);
-  if (r.flows) hencky_flow(t, t.e - flow_rate(r) * s - Vec3::Constant(r.volume / 3.0), h_np1);
+  if (r.flows || r.gap > 0.0)
+    hencky_flow(t, t.e - flow_rate(r) * s - Vec3::Constant((r.volume - r.gap) / 3.0), h_np1);
   // 4. tangent
   if (tangent) hencky_tangent(t, tau, s, moduli(law, K, r), out.D);
   return true;

@@ -103,7 +103,9 @@ Law table[] = {
     {"elastic", {}, true, law_svk, nullptr},
     {"neo-Hooke", {}, false, law_neo_hooke, nullptr},
     {"J2 plasticity", flow_history, false, law_j2, nullptr},
-    {"Drucker-Prager plasticity", flow_history, false, law_drucker_prager, nullptr},
+    {"Drucker-Prager plasticity", {{"plastic deformation", 6, HISTORY_DEFORMATION},
+                                   {"equivalent plastic strain", 1, HISTORY_EQUIVALENT},
+                                   {"gap", 1, HISTORY_KEPT}}, false, law_drucker_prager, nullptr},
     {"granular", flow_history, false, law_granular, law_granular_step},
     {"cohesive", {{"crack normal", 3, HISTORY_CRACK}, {"crack width", 1, HISTORY_KEPT},
                   {"crack opening", 1, HISTORY_KEPT}}, false, law_cohesive, nullptr},
@@ -111,7 +113,7 @@ Law table[] = {
                                  {"equivalent plastic strain", 1, HISTORY_EQUIVALENT},
                                  {"crack normal", 3, HISTORY_CRACK}, {"crack width", 1, HISTORY_KEPT},
                                  {"crack opening", 1, HISTORY_KEPT}, {"flow work", 1, HISTORY_FLOW_WORK}},
-     false, law_cohesive_flow, nullptr},
+     false, law_cohesive_flow, nullptr, true},
     {"energy split", {}, false, law_split, law_split_step, true},
     {"orthotropic", {}, true, law_ortho, nullptr},
     {"other", {}, false, law_svk, nullptr},
@@ -145,14 +147,18 @@ bool update_total(const MatLaw& law, bool finite, double* E, const double* h_n, 
   if (law.plane != PLANE_STRESS) return update(l, law, finite, E, h_n, h_np1, tangent, out);
   // S33(E33) = 0 by Newton's method; a step beyond the bounds is bisected
   E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
-  if (l.free_thickness) return update(l, law, finite, E, h_n, h_np1, tangent, out);
+  if (l.free_thickness) {
+    out.E33 = E[2];
+    const bool good = update(l, law, finite, E, h_n, h_np1, tangent, out);
+    E[2] = out.E33;
+    return good;
+  }
   if (finite && E[2] < -0.45) E[2] = -0.45;
   Thickness t{finite, -HUGE_VAL, HUGE_VAL};
   for (int it = 0; it < MAX_ITERATIONS; ++it) {
     if (!update(l, law, finite, E, h_n, h_np1, true, out)) return false;
     const double size = std::fabs(out.S[0]) + std::fabs(out.S[1]) + std::fabs(out.S[3]);
     const bool found  = std::fabs(out.S[2]) <= 1e-15 * law.mu || std::fabs(out.S[2]) <= 1e-14 * size;
-    // a crack that snaps in material that flows leaves S33 a jump, without a state of plane stress
     if (t.closed() && std::fabs(out.S[2]) > JUMP * size) return false;
     if (found || t.closed()) {
       out.S[2] = 0.0;

@@ -141,6 +141,7 @@ struct Material {
   RealVec yield, plastic_strain;
   // *DRUCKER PRAGER: tangents of the angles; test that yield and plastic_strain belong to
   double friction = 0.0, dilation = 0.0;
+  bool gap = false;            // APEX=GAP: parted material closes before it carries pressure          (2.45)
   Hardening hardening = HARDENING_COMPRESSION;
   bool has_elastic = false;    // *ELASTIC, or *HYPERELASTIC: young and poisson are those of small strains
   bool has_damping = false;
@@ -199,6 +200,9 @@ struct Body {                  // *MATERIAL POINTS
   Plane plane = PLANE_STRAIN;
   double thickness = 1.0;
   int field = 0;               // grid field: bodies with the same number share grid unknowns
+  // RESHAPE: each domain has corners of its own, and becomes a square or cube above this stretch (3.20)
+  // 0: the domains share their corners
+  double reshape = 0.0;
   bool hang = false;           // FILL_CONVERSION: corners may follow nodes of the mesh (7.14)
   CellRanks rank;              // divided model, FILL_BLOCK, FILL_REGION
   DeckLine deck_line;

@@ -88,9 +88,9 @@ inline void io(Archive& f, Surface& x)
 inline void io(Archive& f, Material& x)
 {
   auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, dilation,
-         hardening, has_elastic, has_damping, used, hyper, breaks, prestressed, initial, deck_line] = x;
+         gap, hardening, has_elastic, has_damping, used, hyper, breaks, prestressed, initial, deck_line] = x;
   io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain,
-                      friction, dilation, hardening, has_elastic, has_damping, used, hyper, breaks,
+                      friction, dilation, gap, hardening, has_elastic, has_damping, used, hyper, breaks,
                       prestressed, initial, deck_line);
 }
 
@@ -114,10 +114,10 @@ inline void io(Archive& f, CellRanks& x)
 
 inline void io(Archive& f, Body& x)
 {
-  auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, hang, rank,
-         deck_line] = x;
+  auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, reshape, hang,
+         rank, deck_line] = x;
   io_fields<Body>(f, name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field,
-                  hang, rank, deck_line);
+                  reshape, hang, rank, deck_line);
 }
 
 inline void io(Archive& f, Grid& x)

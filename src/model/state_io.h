@@ -90,11 +90,24 @@ inline void domains_from_lists(const DomainNumbers& d, bool G_alone, Points& x)
   }
 }
 
+// Points as they were filled: only the rings of which RESHAPE has taken points, on one rank
+inline void io_rings(Archive& f, Points& x)
+{
+  const bool divided = f.part || x.part.on || x.part.window;
+  bool apart = false;
+  for (int p = 0; p < x.npoint && !divided && !f.reading; ++p) apart = apart || x.next[p] == p;
+  io(f, apart);
+  if (!apart) return;
+  IntVec next = x.next;
+  io(f, next);
+  if (f.reading && !divided) x.next = next;
+}
+
 inline void io(Archive& f, Points& x)
 {
   bool filled = x.of_elem.empty();
   io(f, filled);
-  if (filled) return;
+  if (filled) return io_rings(f, x);
   const bool skip = state_takes(f);    // conversion computes them again
   auto& [npoint, ncorner, Xc, shape, conn, kind, kinds, sampled, V0, mass, body, label, of_elem, parent, next,
          broken, normal, released, field, first_copy, hang, hang_w, hangs, unshared_since, boundary, surface,

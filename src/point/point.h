@@ -146,6 +146,12 @@ void point_sample(const Model& m, int e, bool at_gauss, Points& pts);
 //   inout left   [which] their former corners, added to
 void point_release(const IntVec& which, int dim, Points& pts, ListTable& left);
 
+// point_stretched : points of bodies with RESHAPE whose largest stretch, or the inverse of the smallest,
+// exceeds it. point_reshape : gives their domains the shape of t = 0 about their centres; elastic strain,
+// linear and angular momentum are kept. doc/theory.md (3.20)
+IntVec point_stretched(const Model& m, const Points& pts, const RealVec& uc);
+void point_reshape(const Model& m, const IntVec& which, Points& pts, Level& l);
+
 // point_any_released : is a point of the converted element e released?
 bool point_any_released(const Points& pts, int e);
 

@@ -401,6 +401,21 @@ void take_domain(Filler& f, int body, Shape shape, int of_all, bool here, int ra
   if (rank == comm_rank()) join_ring(p, before, last);
 }
 
+// gives a domain corners of its own: copies of those that a domain before has taken          RESHAPE
+//   inout taken   [corner] 1: a domain has it
+void own_corners(Filler& f, int n, const size_t* corner, const IntVec& index, std::vector<char>& taken,
+                 IntVec& own)
+{
+  for (int a = 0; a < n; ++a) {
+    const int c = index[corner[a]], dim = f.m.dim;
+    own[corner[a]] = c;
+    if (!taken[corner[a]]++) continue;
+    const RealVec X(&f.pts.Xc[c * dim], &f.pts.Xc[c * dim] + dim);
+    own[corner[a]] = fill_corner(f, X.data(), f.pts.field[c]);
+    f.pts.first_copy[own[corner[a]]] = c;
+  }
+}
+
 }  // namespace
 
 void fill_box(Filler& f, int body, const CellRanks& ranks)
@@ -420,6 +435,9 @@ void fill_box(Filler& f, int body, const CellRanks& ranks)
   });
   const IntVec number = number_corners(box, filled, part, f.pts.part.ncorner);
   const IntVec index  = add_corners(f, box, part, number, here);
+  const bool reshape = box.b.reshape > 0.0;
+  IntVec own = index;                    // corners of the domain with RESHAPE
+  std::vector<char> taken(reshape ? index.size() : 0, 0);
   IntVec last(part.domains(), -1);       // of the first domain of a cell in the part: join_ring
   each_filled(box, filled, [&](size_t, size_t cell, const int* at) {
     const int of_all = f.pts.part.npoint++;
@@ -432,7 +450,8 @@ void fill_box(Filler& f, int body, const CellRanks& ranks)
     }
     int in_cell[3];                      // the first domain of the cell that the part has
     for (int i = 0; i < 3; ++i) in_cell[i] = std::max(part.lo[i], at[i] - at[i] % box.per_cell);
-    take_domain(f, body, shape, of_all, here[part.domain(at)], rank_of(cell), corner, number, index,
+    if (reshape) own_corners(f, box.corners_of_domain(), corner, index, taken, own);
+    take_domain(f, body, shape, of_all, here[part.domain(at)], rank_of(cell), corner, number, own,
                 last[part.domain(in_cell)]);
   });
 }

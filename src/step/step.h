@@ -435,6 +435,9 @@ bool step_tests(const Problem& p, const Step& s, double time);
 // step_can_undo : can the state be restored? Not if points changed that were not saved before
 bool step_can_undo(const State& st, const UndoPoint& u);
 
+// step_reshape : reshapes domains of *MATERIAL POINTS, RESHAPE at t(n), just converged               (3.20)
+Failure step_reshape(Problem& p, const Step& s, double t_step);
+
 // step_fracture : fracture, conversion and release at t(n), just converged; statics: equilibrium at the same
 // load, until nothing breaks any more. Not ok: the state is that of a failed attempt.
 // INTERRUPTED: a signal came between two equilibria.

@@ -25,6 +25,10 @@ const double TEST_INTERVAL = 0.5;
 // masses, bonds and surfaces; until then broken elements stay elements  (test: paper/p9_explicit.inp)
 const int CONVERT_EVERY = 4;
 
+// Explicit: domains are reshaped only every so many increments, for the same reason
+// (no test)
+const int RESHAPE_EVERY = 10;
+
 bool may_convert(const Step& s, const StepLog& log)
 {
   return !s.explicit_steps() || log.inc % CONVERT_EVERY == 0;
@@ -170,13 +174,13 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
   return prepared;
 }
 
-// explicit: the kinetic energy of the half step changes with the jump of the forces: fracture energy   (6.33)
-void book_leap(Problem& p, const Step& s)
+// explicit: the kinetic energy of the half step changes with the jump of the forces: goes to account (6.33)
+void book_leap(Problem& p, const Step& s, double& account)
 {
   Ledger& g = p.st.ledger;
   const double before = g.kinetic;
   ledger_update(p.m, p.d.el, p.dofs, p.st.n, s.nlgeom, p.st);
-  g.fracture += before - g.kinetic;
+  account += before - g.kinetic;
   ledger_balance(p.m.dim, p.st.n, p.st);
 }
 
@@ -240,7 +244,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
       // where points follow nodes, step_motion_begin evaluates all forces
       if (s.explicit_steps() && p.dofs.rows.hung) return STATUS_OK;
       failure = step_initial_acceleration(p, s, t_step);
-      if (failure.ok() && s.explicit_steps()) book_leap(p, s);
+      if (failure.ok() && s.explicit_steps()) book_leap(p, s, p.st.ledger.fracture);
       return failure;
     }
     failure = settle(p, s, t_step, energy);
@@ -249,6 +253,59 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     out_progress(p.m, p.st, out);
     if (step_signalled()) return INTERRUPTED;        // a running crack may exceed the time limit of a queue
   }
+}
+
+namespace {
+
+// explicit: corners of bodies with RESHAPE take the velocity of the grid: what it cannot represent is lost;
+// the projection conserves linear and angular momentum                                               (3.13)
+void take_grid_velocity(Problem& p)
+{
+  const GridVelocity& grid = p.newton.grid;
+  Points& pts   = p.st.points;
+  const int dim = p.m.dim;
+  if (grid.v.empty() || grid.pattern != p.dofs.pattern.number || grid.made != p.d.grid.made) return;
+  RealVec v(p.dofs.rows.neq(), 0.0), still(p.st.n.vc.size(), 0.0), vc(still.size());
+  std::copy(grid.v.begin(), grid.v.end(), v.begin() + grid.first * dim);
+  assem_gather_corners(p.d.grid, p.dofs, v, still, vc);
+  for (int q = 0; q < pts.npoint; ++q)
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && p.m.body[pts.body[q]].reshape > 0.0; ++k)
+      std::copy_n(&vc[static_cast<size_t>(pts.conn.item[k]) * dim], dim,
+                  &p.st.n.vc[static_cast<size_t>(pts.conn.item[k]) * dim]);
+}
+
+}  // namespace
+
+Failure step_reshape(Problem& p, const Step& s, double t_step)
+{
+  State& st = p.st;
+  if (std::none_of(p.m.body.begin(), p.m.body.end(), [](const Body& b) { return b.reshape > 0.0; }) ||
+      (s.explicit_steps() && st.log.inc % RESHAPE_EVERY != 0))
+    return STATUS_OK;
+  if (s.explicit_steps()) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  const double before = ledger_energy(st.ledger);
+  if (s.explicit_steps()) take_grid_velocity(p);
+  const IntVec which = point_stretched(p.m, st.points, st.n.uc);
+  if (which.empty()) {
+    ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+    st.ledger.conversion += before - ledger_energy(st.ledger);
+    return STATUS_OK;
+  }
+  point_reshape(p.m, which, st.points, st.n);
+  st.laid = GridLaid();
+  p.ready = false;
+  Failure failure = step_prepare(p, s);
+  if (failure.ok() && s.explicit_steps())
+    failure = dof_constrain(p.m, p.d, st, s, t_step, t_step, p.dofs, p.warned);
+  if (!failure.ok()) return failure;
+  ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  st.ledger.conversion += before - ledger_energy(st.ledger);
+  ledger_balance(p.m.dim, st.n, st);
+  if (s.proc != PROC_DYNAMIC || !scheme_of(s).acceleration) return STATUS_OK;
+  p.newton.grid.a.clear();               // the forces have jumped
+  failure = step_initial_acceleration(p, s, t_step);
+  if (failure.ok() && s.explicit_steps()) book_leap(p, s, st.ledger.conversion);
+  return failure;
 }
 
 namespace {

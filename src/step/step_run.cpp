@@ -284,7 +284,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   p.ready   = false;
   if (!p.d.fm.on) {
     timer_skip(PHASE_FRACTURE);
-    return STATUS_OK;
+    return step_reshape(p, s, clock.t + inc.dt);
   }
   const double t = s.arc.on ? clock.load : clock.t + inc.dt;
   failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
@@ -294,7 +294,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
     failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   }
   st.log.iterations = iterations;
-  return failure;
+  return failure.ok() ? step_reshape(p, s, t) : failure;
 }
 
 // restores t(n) after a failed attempt, with the ledger of before. True: a shorter attempt follows

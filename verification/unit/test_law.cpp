@@ -407,3 +407,59 @@ TEST(Law, InitialStrainGivesTheInitialStress)
   double E[6];
   EXPECT_FALSE(law_initial(mat_law(weak, PLANE_NONE), true, much, none, E));
 }
+
+// APEX=GAP: pulled beyond the apex from all sides and pressed: pressure begins at the first volume; stress,
+// history and energy as without the way through the gap. Derivatives of energy and stress where a gap closes
+TEST(Law, DruckerPragerGapCloses)
+{
+  Material m = sample(LAW_DRUCKER_PRAGER);
+  m.gap      = true;
+  int closed = 0;
+  std::mt19937 gen(5);
+  for (bool finite : {false, true}) {
+    LawPoint p{mat_law(m, PLANE_NONE), finite}, straight{mat_law(m, PLANE_NONE), finite};
+    double open[6] = {0.1, 0.1, 0.1, 0.0, 0.0, 0.0}, more[6] = {0.2, 0.2, 0.2, 0.0, 0.0, 0.0},
+           pressed[6] = {-0.005, -0.005, -0.005, 0.0, 0.0, 0.0};
+    p.go(open);
+    const double tension = p.out.S[0];
+    ASSERT_GT(tension, 0.0);
+    ASSERT_GT(p.h[HISTORY_OF_LAW + FLOW_EQUIVALENT + 1], 0.0);
+    p.go(more);
+    p.go(open);
+    p.go(pressed);
+    straight.go(pressed);
+    EXPECT_LT(p.out.S[0], 0.0);
+    for (int i = 0; i < 6; ++i) EXPECT_NEAR(p.out.S[i], straight.out.S[i], 1e-9) << finite << i;
+    EXPECT_NEAR(p.h[HISTORY_DISSIPATED], 0.0, 1e-12);
+    EXPECT_EQ(p.h[HISTORY_OF_LAW + FLOW_EQUIVALENT + 1], 0.0);
+    m.gap = false;                                     // without: the volume stays
+    LawPoint keeps{mat_law(m, PLANE_NONE), finite};
+    keeps.go(open);
+    keeps.go(pressed);
+    EXPECT_LT(keeps.out.S[0], 5.0 * p.out.S[0]);
+    m.gap = true;
+    m.dilation = m.friction;
+    for (int trial = 0; trial < 20; ++trial) {
+      LawPoint q{mat_law(m, PLANE_NONE), finite};
+      double E[6], h[MAX_HISTORY] = {0}, up_h[MAX_HISTORY] = {0}, down_h[MAX_HISTORY] = {0};
+      q.go(open);
+      random_strain(gen, 0.02, PLANE_NONE, E);
+      LawOutput out, up, down;
+      ASSERT_TRUE(q.at(E, out, h));
+      if (h[HISTORY_OF_LAW + FLOW_EQUIVALENT + 1] > 0.0) continue;
+      ++closed;
+      for (int j = 0; j < 6; ++j) {
+        double a[6], b[6];
+        std::copy(E, E + 6, a);
+        std::copy(E, E + 6, b);
+        a[j] += j < 3 ? 1e-7 : 0.5e-7;
+        b[j] -= j < 3 ? 1e-7 : 0.5e-7;
+        ASSERT_TRUE(q.at(a, up, up_h) && q.at(b, down, down_h));
+        const double lost = up_h[HISTORY_DISSIPATED] - down_h[HISTORY_DISSIPATED];
+        EXPECT_NEAR((up.psi - down.psi + lost) / 2e-7, out.S[j], 1e-5);
+        for (int i = 0; i < 6; ++i) EXPECT_NEAR((up.S[i] - down.S[i]) / 2e-7, out.D[i * 6 + j], 1e-3);
+      }
+    }
+  }
+  EXPECT_GT(closed, 10);
+}
