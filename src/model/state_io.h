@@ -95,7 +95,8 @@ inline void io_rings(Archive& f, Points& x)
 {
   const bool divided = f.part || x.part.on || x.part.window;
   bool apart = false;
-  for (int p = 0; p < x.npoint && !divided && !f.reading; ++p) apart = apart || x.next[p] == p;
+  for (std::size_t p = 0; p < x.next.size() && !divided && !f.reading; ++p)
+    apart = apart || x.next[p] == static_cast<int>(p);
   io(f, apart);
   if (!apart) return;
   IntVec next = x.next;
