@@ -199,10 +199,12 @@ bool level_fits(const Model& m, const State& s, const Level& l)
 {
   const std::size_t dim = m.dim, nodal = m.mesh.nnode() * dim, corners = s.points.ncorner * dim,
                     bonds = s.bonds.nbond;
+  const bool opens = std::any_of(m.fracture.begin(), m.fracture.end(),
+                                 [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; });
   return std::fabs(l.time) < FAR && real(l.u, nodal) && real(l.v, nodal) && real(l.a, nodal) &&
          real(l.uc, corners) && real(l.vc, corners) && real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) &&
          (l.q.empty() || real(l.q, m.mesh.nelem())) &&
-         (l.cracked.empty() || has(l.cracked, m.mesh.nelem())) &&
+         has(l.cracked, opens ? m.mesh.nelem() : 0) &&
          history_fits(m, s.points, l) && finite(l.slip, bonds * dim) &&
          real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
 }

@@ -142,7 +142,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   Dofs& s = p.dofs;
   ReusedTangent& z = p.newton.tangent;
   const bool same = same_tangent(z, s, a);
-  // the secants of an earlier opening bound the energy as well
+  // the secants of smaller openings bound the energy as well
   const bool keeps = l.secant && a.mode.crack == CRACK_SECANT;
   l.secant = a.mode.crack == CRACK_SECANT;
   const bool stay = same || keeps ||
