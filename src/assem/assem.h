@@ -45,10 +45,13 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext);
 bool assem_has_followers(const Step& step);
 
+// TANGENT_KEPT: all, and the part of intact elements is stored; TANGENT_LOCAL: with that part as stored
+enum TangentPart { TANGENT_ALL, TANGENT_KEPT, TANGENT_LOCAL };
+
 // assem_tangent : A = K + cM M + cC C (all dofs, including fixed ones);
 // rewrites the history of laws at t(n+1)
-void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mode, double cM, double cC,
-                   const Jumps& j, State& st, Dofs& s);
+void assem_tangent(TangentPart part, const Model& m, const Discretisation& d, const KernelMode& mode,
+                   double cM, double cC, const Jumps& j, State& st, Dofs& s);
 
 // Slipping contact: the remainder of the symmetric tangent, sum of B_k B_l across n^T over bonds      (4.12)
 struct SlipTangent {
@@ -70,6 +73,9 @@ void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec
 
 // assem_mass : DofMass::M, unless it is valid for the present pattern and no points move     (3.12), (3.16)
 void assem_mass(const Points& pts, const Discretisation& d, Dofs& s);
+
+// mass_diagonals : DofMass::M_here, M_diag and coupled of M. Collective.
+void mass_diagonals(Dofs& s);
 
 // mass_damping : M [blocks of A] of this rank with alpha times the density of each material
 void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M);

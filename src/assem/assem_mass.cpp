@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "assem/assem.h"
 #include "assem/mass_rows.h"
 #include "base/timer.h"
@@ -131,12 +133,24 @@ void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
   }
   add_point_mass(pts, d.grid, nullptr, s, s.mass.M);
   add_ghost_mass(d.grid, s);
-  s.mass.M_diag.resize(s.rows.nrow);
-  for (int r = 0; r < s.rows.nrow; ++r) s.mass.M_diag[r] = s.mass.M[s.pattern.A.off[r + 1] - 1];
-  sys_sum(s.pattern.A, s.mass.M_diag);
+  mass_diagonals(s);
 }
 
 }  // namespace
+
+void mass_diagonals(Dofs& s)
+{
+  s.mass.M_here.resize(s.rows.nrow);
+  s.mass.coupled.clear();
+  const double* M = s.mass.M.data();
+  for (int r = 0; r < s.rows.nrow; ++r) {
+    const int first = s.pattern.A.off[r], last = s.pattern.A.off[r + 1] - 1;
+    s.mass.M_here[r] = M[last];
+    if (std::any_of(M + first, M + last, [](double m) { return m != 0.0; })) s.mass.coupled.push_back(r);
+  }
+  s.mass.M_diag = s.mass.M_here;
+  sys_sum(s.pattern.A, s.mass.M_diag);
+}
 
 void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {

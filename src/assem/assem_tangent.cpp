@@ -88,8 +88,10 @@ void add_pack(const Mesh& mesh, const State& st, const KernelMode& mode, const E
   w.n = 0;
 }
 
+// the elements in packs, or all others
 template <int D>
-void add_elements(const Model& m, const Elements& el, const KernelMode& mode, State& st, Dofs& dofs)
+void add_elements(const Model& m, const Elements& el, const KernelMode& mode, bool packs, State& st,
+                  Dofs& dofs)
 {
   const Mesh& mesh = m.mesh;
   const int* map = dofs.pattern.elem_map.data();
@@ -102,8 +104,8 @@ void add_elements(const Model& m, const Elements& el, const KernelMode& mode, St
     for (int slot : b.live) {
       const int e = b.elem[slot];
       if (pack && elem_whole(el, st.np1, e)) {
-        if (w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.pattern.A);
-      } else {
+        if (packs && w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.pattern.A);
+      } else if (!packs) {
         elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, ke);
         add_pairs<D>(dofs.pattern.A, map, info.nen, ke);
       }
@@ -209,6 +211,17 @@ void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
   }
 }
 
+// what changes within an increment and from one to the next
+template <int D>
+void add_local(const Model& m, const Discretisation& d, const KernelMode& mode, const Jumps& j, State& st,
+               Dofs& s)
+{
+  add_elements<D>(m, d.el, mode, false, st, s);
+  add_points<D>(m, d, mode, st, s);
+  add_bonds<D>(m, d.pairs, st, mode, j, s);
+  add_ghosts<D>(d.grid, s);
+}
+
 // Motions of the grid that do not move any corner have neither mass nor stiffness: they would be determined
 // by round-off only.
 // Fraction of the diagonal of the mass; motions that move a corner have 1e-4. Not of A: with a stiff bond
@@ -227,29 +240,27 @@ void stabilise_unseen(double cM, Dofs& s)
 
 }  // namespace
 
-void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mode, double cM, double cC,
-                   const Jumps& j, State& st, Dofs& s)
+void assem_tangent(TangentPart part, const Model& m, const Discretisation& d, const KernelMode& mode,
+                   double cM, double cC, const Jumps& j, State& st, Dofs& s)
 {
   Timer timer(PHASE_TANGENT);
   ++s.pattern.tangent;
-  std::fill(s.pattern.A.val.begin(), s.pattern.A.val.end(), 0.0);
-  if (s.rows.dim == 2) {
-    add_elements<2>(m, d.el, mode, st, s);
-    add_points<2>(m, d, mode, st, s);
-    add_bonds<2>(m, d.pairs, st, mode, j, s);
-    add_ghosts<2>(d.grid, s);
+  RealVec& A = s.pattern.A.val;
+  if (part == TANGENT_LOCAL) {
+    std::copy(s.pattern.whole.begin(), s.pattern.whole.end(), A.begin());
   } else {
-    add_elements<3>(m, d.el, mode, st, s);
-    add_points<3>(m, d, mode, st, s);
-    add_bonds<3>(m, d.pairs, st, mode, j, s);
-    add_ghosts<3>(d.grid, s);
+    std::fill(A.begin(), A.end(), 0.0);
+    if (s.rows.dim == 2) add_elements<2>(m, d.el, mode, true, st, s);
+    else add_elements<3>(m, d.el, mode, true, st, s);
+    for (size_t k = 0; k < s.mass.C.size() && cC != 0.0; ++k) A[k] += cC * s.mass.C[k];
+    for (size_t k = 0; k < s.mass.M.size() && cM != 0.0; ++k)
+      for (int i = 0; i < s.rows.dim; ++i) A[(k * s.rows.dim + i) * s.rows.dim + i] += cM * s.mass.M[k];
+    if (cM != 0.0) stabilise_unseen(cM, s);
   }
-  for (size_t k = 0; k < s.mass.C.size() && cC != 0.0; ++k) s.pattern.A.val[k] += cC * s.mass.C[k];
-  if (cM == 0.0) return;
-  for (size_t k = 0; k < s.mass.M.size(); ++k)
-    for (int i = 0; i < s.rows.dim; ++i)
-      s.pattern.A.val[(k * s.rows.dim + i) * s.rows.dim + i] += cM * s.mass.M[k];
-  stabilise_unseen(cM, s);
+  if (part == TANGENT_KEPT) s.pattern.whole = A;
+  if (part == TANGENT_ALL) RealVec().swap(s.pattern.whole);
+  if (s.rows.dim == 2) add_local<2>(m, d, mode, j, st, s);
+  else add_local<3>(m, d, mode, j, st, s);
 }
 
 void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f)

@@ -40,6 +40,28 @@ void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double
   }
 }
 
+// y = M x in the first rows, 0 beyond: only coupled rows have more than a diagonal
+template <int D>
+void multiply_lumped(const Dofs& s, int rows, const double* x, RealVec& y)
+{
+  const double *M = s.mass.M.data(), *diag = s.mass.M_here.data();
+  y.resize(static_cast<size_t>(s.rows.neq()));
+  for (int r = 0; r < rows; ++r)
+    for (int i = 0; i < D; ++i) y[r * D + i] = diag[r] * x[r * D + i];
+  std::fill(y.begin() + static_cast<long>(rows) * D, y.end(), 0.0);
+  for (int r : s.mass.coupled) {
+    if (r >= rows) break;
+    for (int k = s.pattern.A.off[r], last = s.pattern.A.off[r + 1] - 1; k < last; ++k) {
+      const int c    = s.pattern.A.col[k] * D;
+      const double m = M[k];
+      for (int i = 0; i < D; ++i) {
+        y[r * D + i] += m * x[c + i];
+        y[c + i] += m * x[r * D + i];
+      }
+    }
+  }
+}
+
 // M of chosen rows, scaled to a unit diagonal (of all ranks); contribution of this rank
 struct MassValues {
   const MassRows& rows;
@@ -554,14 +576,18 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char
 
 void mass_part(const Dofs& s, const RealVec& x, RealVec& y)
 {
-  y.assign(x.size(), 0.0);
-  if (s.rows.dim == 2) multiply<2>(s, s.mass.M, s.rows.nrow, x.data(), y.data());
-  else multiply<3>(s, s.mass.M, s.rows.nrow, x.data(), y.data());
+  if (s.rows.dim == 2) multiply_lumped<2>(s, s.rows.nrow, x.data(), y);
+  else multiply_lumped<3>(s, s.rows.nrow, x.data(), y);
 }
 
 void mass_elements(const Dofs& s, const RealVec& x, RealVec& y)
 {
-  const RealVec& M = s.rows.hung ? s.mass.M_elem : s.mass.M;
+  if (!s.rows.hung) {
+    if (s.rows.dim == 2) multiply_lumped<2>(s, s.rows.nfe, x.data(), y);
+    else multiply_lumped<3>(s, s.rows.nfe, x.data(), y);
+    return;
+  }
+  const RealVec& M = s.mass.M_elem;
   y.assign(x.size(), 0.0);
   if (s.rows.dim == 2) multiply<2>(s, M, s.rows.nfe, x.data(), y.data());
   else multiply<3>(s, M, s.rows.nfe, x.data(), y.data());

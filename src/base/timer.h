@@ -7,6 +7,7 @@
 enum Phase {
   PHASE_INPUT,
   PHASE_SETUP,
+  PHASE_BEGIN,                 // start of an increment
   PHASE_GRID,
   PHASE_BOND,
   PHASE_CONTACT,
@@ -15,6 +16,7 @@ enum Phase {
   PHASE_PROJECT,
   PHASE_RESIDUAL,
   PHASE_TANGENT,
+  PHASE_VECTORS,               // of Newton's method
   PHASE_ANALYSIS,
   PHASE_FACTOR,
   PHASE_SOLVE,
@@ -38,6 +40,7 @@ struct PhaseTime {
 double timer_wall();
 double timer_cpu();               // of all threads of this process
 PhaseTime& timer_phase(Phase p);
+PhaseTime timer_sum();            // of all phases
 inline void timer_skip(Phase p, long n = 1) { timer_phase(p).skipped += n; }
 
 // Timer timer(PHASE_X); adds the time until the end of its block, without communication
@@ -56,6 +59,24 @@ struct Timer {
   Phase phase;
   PhaseTime comm;               // at the start of the block
   double wall0, cpu0;
+};
+
+// TimerAround timer(PHASE_X); the same without the phases inside its block
+struct TimerAround {
+  explicit TimerAround(Phase p) : phase(p), wall0(timer_wall()), cpu0(timer_cpu()), inside(timer_sum()) {}
+  ~TimerAround()
+  {
+    const PhaseTime now = timer_sum();
+    PhaseTime& t = timer_phase(phase);
+    ++t.calls;
+    t.wall += timer_wall() - wall0 - (now.wall - inside.wall);
+    t.cpu += timer_cpu() - cpu0 - (now.cpu - inside.cpu);
+  }
+  TimerAround(const TimerAround&) = delete;
+  TimerAround& operator=(const TimerAround&) = delete;
+  Phase phase;
+  double wall0, cpu0;
+  PhaseTime inside;            // of all phases, at the start of the block
 };
 
 #endif

@@ -102,6 +102,8 @@ struct DofPattern {
   bool lean = false;           // one rank, explicit step: without bonds, which contribute forces only
   long lists_of = -1;          // ActiveGrid::made of the lists of rows
   long tangent = 0;            // number of the tangent in A
+  // part of A of intact elements, mass and damping, for kept tangents (8.18); empty: not stored
+  RealVec whole;
 };
 
 // ---- mass and damping, and the patterns and grids for which they are valid
@@ -111,6 +113,8 @@ struct DofMass {
   CornerMass corner_mass;      // of the points of this rank, checked for ActiveGrid::made:
   long corner_mass_made = -1;
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
+  RealVec M_here;              // [nrow] its diagonal, of this rank
+  IntVec coupled;              // rows with other numbers in M: the others are lumped
   std::shared_ptr<const MassRows> mass_rows;         // rows of the projection, for the pattern mass_of
   RealVec lumped;              // explicit step: [nrow] sums of the rows of M, of all ranks; else empty
   // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: no damping             (6.18), (6.19)

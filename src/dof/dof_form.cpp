@@ -396,6 +396,7 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
   if (s.rows.split) count_rows(s);
   form_maps(m.mesh, d.el, d.grid, s);
   s.mass.M.clear();
+  RealVec().swap(s.pattern.whole);
   s.mass.C.clear();
   s.mass.damped = false;
   if (s.rows.h_mean == 0.0) s.rows.h_mean = mean_size(m, d.el);

@@ -340,7 +340,8 @@ const char* const path_name[PATHS] = {"factorisation",
                                       "CG, the same, changed rows corrected",
                                       "CG, incomplete Cholesky",
                                       "CG, diagonal blocks",
-                                      "CG, algebraic multigrid"};
+                                      "CG, algebraic multigrid",
+                                      "CG, single precision"};
 
 // ---------------------------------------------------------------------------
 // out_listing_solver : work of the linear solver, and the other cost of a Newton iteration

@@ -376,6 +376,25 @@ Status solve_back_many(Solver& s, double* x, int count)
   return STATUS_OK;
 }
 
+bool solve_rest(const Solver& s, RealVec& rest)
+{
+  const SolverData& d = *s.data;
+  if (d.rest == REST_UNKNOWN) return false;
+  if (d.rest == REST_CG) rest = d.work.r;
+  if (d.rest == REST_NONE) std::fill(rest.begin(), rest.end(), 0.0);
+  for (size_t k = 0; k < rest.size() && d.rest == REST_SCALED; ++k)
+    rest[k] = d.scaled.size * static_cast<double>(d.scaled.r[k] * d.scaled.root[k]);
+  return true;
+}
+
+bool solve_multiply(const Solver& s, const SysMatrix& A, long stamp, const RealVec& x, RealVec& y)
+{
+  ScaledMatrix& z = s.data->scaled;
+  if (z.stamp != stamp || z.root.size() != x.size()) return false;
+  scaled_multiply(A, z, x, y);
+  return true;
+}
+
 void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
 {
   const SolverData& d = *s.data;
@@ -389,6 +408,9 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.reused.x) +
                    reals(d.reused.inverse) + reals(d.changed.A0.val) + reals(d.changed.G) +
                    reals(d.changed.Q) + reals(d.changed.y);
+  for (const std::vector<float>* v : {&d.scaled.val, &d.scaled.root, &d.scaled.x, &d.scaled.r, &d.scaled.p,
+                                      &d.scaled.q})
+    vectors += static_cast<double>(v->capacity() * sizeof(float));
   for (const std::vector<float>& V : d.changed.V)
     vectors += static_cast<double>(V.capacity() * sizeof(float));
   for (const RealVec& x : d.past) vectors += reals(x);

@@ -117,6 +117,7 @@ enum SolvePath {
   PATH_CHOLESKY,               // CG with an incomplete Cholesky factor
   PATH_DIAGONAL,               // CG with the diagonal blocks
   PATH_AMG,                    // CG with algebraic multigrid, whose smoother is the incomplete factor
+  PATH_SCALED,                 // CG in single precision, the matrix scaled to unit diagonal
   PATHS
 };
 
@@ -167,6 +168,7 @@ struct SolveTask {
   bool inertia = false;             // A includes masses
   bool known_regular = false;       // A is known to be regular before it is factorised
   bool plain = false;               // only elements contribute to A: no points, bonds, contact, fracture
+  bool repeats = false;             // a correction of Newton's method: single precision may be enough
   std::function<RealVec()> positions = nullptr;  // [neq] of the nodes of the rows; empty: unknown
 };
 
@@ -194,6 +196,13 @@ Status solve_back_many(Solver& s, double* x, int count);
 
 // solve_system : A x = b by the method of the deck, or by the fastest one according to the costs of this run
 Status solve_system(Solver& s, const SysMatrix& A, const SolveTask& task, const RealVec& b, RealVec& x);
+
+// solve_rest : b - A x of the last system as conjugate gradients left it [neq]; false: not known
+bool solve_rest(const Solver& s, RealVec& rest);
+
+// solve_multiply : y = A x as the last solution of the matrix with this stamp had it, on one rank; false: not
+// known in single precision
+bool solve_multiply(const Solver& s, const SysMatrix& A, long stamp, const RealVec& x, RealVec& y);
 
 // solve_memory : adds the memory of the solver
 struct MemoryUse {

@@ -118,6 +118,23 @@ struct CgWork {
   RealVec y;                   // [neq] several ranks: of the incomplete factor
 };
 
+// A scaled to unit diagonal, in single precision, with the vectors of conjugate gradients           (8.17)
+struct ScaledMatrix {
+  long stamp = -1;             // of its matrix, -1: none
+  std::vector<float> val;      // order of A.val
+  std::vector<float> root;     // [neq] square roots of the diagonal
+  std::vector<float> x, r, p, q;         // [neq], scaled, relative to size
+  double size = 1.0;
+};
+
+// b - A x of the last system
+enum Rest {
+  REST_UNKNOWN,
+  REST_NONE,                   // solved directly
+  REST_CG,                     // CgWork::r
+  REST_SCALED,                 // ScaledMatrix::r
+};
+
 struct CgDone {
   int iterations = 0;
   double start = 0.0, first = 0.0, end = 0.0;   // sqrt(r M^-1 r) of b, of the first and of the last iterate
@@ -149,6 +166,7 @@ struct PathCost {
   bool known = false;
   double setup = 0.0, iteration = 0.0;   // seconds of counted work, smoothed
   double rate  = 1.0;          // decimal digits per iteration
+  bool good    = true;         // the last solution converged
   long last    = 0;            // number of the solution that tried it last
   long pause   = 0;            // solutions until it is tried again
 };
@@ -205,6 +223,8 @@ struct SolverData {
   std::shared_ptr<AmgData> amg;
   long amg_wait = 0, amg_pause = 0;      // solutions until multigrid is tried again after it has failed
   CgWork work;
+  ScaledMatrix scaled;
+  Rest rest = REST_UNKNOWN;
   std::vector<RealVec> past;   // solutions of the last systems, of the same size
   std::shared_ptr<FirstAlone> first;     // several ranks: systems that rank 0 solves alone
   std::shared_ptr<MumpsData> mumps;
@@ -300,6 +320,11 @@ struct Clock {
 double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
 
 CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
+
+// solve_scaled.cpp: one rank
+bool scaled_form(const SysMatrix& A, long stamp, ScaledMatrix& s);
+CgDone scaled_solve(const SysMatrix& A, const RealVec& b, const CgGoal& goal, ScaledMatrix& s, RealVec& x);
+void scaled_multiply(const SysMatrix& A, ScaledMatrix& s, const RealVec& x, RealVec& y);
 
 // own_dot : a b in owned rows
 inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)

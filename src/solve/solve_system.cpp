@@ -62,6 +62,7 @@ const MachineRates rate_of;
 // Work in units of one iteration with the incomplete factor (theory 8.3, 8.4)  (no test)
 const double CHOLESKY_FORM = 4.0, AMG_FORM = 120.0;  // set-up of the factor, and of multigrid
 const double AMG_ITERATION = 3.7, PRODUCT = 0.4;     // an iteration with multigrid; a product A p
+const double SCALED_ITERATION = 0.25, SCALED_FORM = 0.5;       // in single precision
 // set-up of the factor, by dimension, in the decision whether to keep an earlier one               (8.14)
 // (test: Krylov.IncompleteFactorIsKept)
 const double KEPT_FORM[4] = {0.0, 1.0, 1.0, 2.5};
@@ -104,6 +105,7 @@ double messages() { return several() ? rate_of.message : 0.0; }
 double cholesky_iteration(const SolverData& d) { return messages() + cholesky_guess(d, 1.0); }
 double diagonal_iteration(const SolverData& d) { return messages() + PRODUCT * cholesky_guess(d, 1.0); }
 double amg_iteration(const SolverData& d) { return AMG_ITERATION * cholesky_iteration(d); }
+double scaled_iteration(const SolverData& d) { return SCALED_ITERATION * cholesky_iteration(d); }
 
 double reused_iteration(const SolverData& d)
 {
@@ -117,6 +119,7 @@ double changed_iteration(const SolverData& d)
 
 double cholesky_setup(const SolverData& d) { return CHOLESKY_FORM * cholesky_iteration(d); }
 double amg_setup(const SolverData& d) { return AMG_FORM * cholesky_iteration(d); }
+double scaled_setup(const SolverData& d) { return SCALED_FORM * cholesky_iteration(d); }
 
 // of the changed rows: new columns of the inverse, solved together, and the dense factorisation
 double changed_setup(const SolverData& d)
@@ -130,7 +133,8 @@ double changed_setup(const SolverData& d)
 using FormWay  = bool(Solver& s, const SysMatrix& A, const SolveTask& task, CgSystem& c);
 using ApplyWay = bool(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z,
                       double& rho);
-FormWay cholesky_form_way, diagonal_form_way, reused_form_way, changed_form_way, amg_form_way;
+FormWay cholesky_form_way, diagonal_form_way, reused_form_way, changed_form_way, amg_form_way,
+    scaled_form_way;
 ApplyWay cholesky_apply_way, diagonal_apply_way, reused_apply_way, changed_apply_way, amg_apply_way;
 
 struct CgWay {
@@ -153,6 +157,7 @@ const CgWay way[] = {
     {cholesky_form_way, cholesky_apply_way, cholesky_iteration, cholesky_setup, MAX_ITERATIONS, 0.1},
     {diagonal_form_way, diagonal_apply_way, diagonal_iteration, cholesky_iteration, MAX_ITERATIONS, 0.1},
     {amg_form_way, amg_apply_way, amg_iteration, amg_setup, AMG_ITERATIONS, 0.1},
+    {scaled_form_way, nullptr, scaled_iteration, scaled_setup, MAX_ITERATIONS, 0.3},
 };
 static_assert(sizeof way / sizeof *way == PATHS, "a path without a row in the table");
 
@@ -194,6 +199,31 @@ SolveTask exact_in_motion(const Solver& s, const SolveTask& task, int dim)
   return inertia_dominates(*s.data, by, dim) ? by : task;
 }
 
+// digits an iteration with the incomplete factor before any are counted: bonds have 1.1, elements alone 2
+// (no test)
+const double CHOLESKY_DIGITS = 1.2;
+// least digits an iteration in single precision: where inertia dominates there are 0.5 to 1; with stiff bonds
+// 0.3, and their forces would lose digits  (test: speed/reuse)
+const double SCALED_DIGITS = 0.4;
+
+// expected seconds with the incomplete factor, to compare with
+double cholesky_expected(const SolverData& d, double digits)
+{
+  const PathCost& c = d.cost.path[PATH_CHOLESKY];
+  return c.known ? expected(c, digits) : cholesky_iteration(d) * (CHOLESKY_FORM + digits / CHOLESKY_DIGITS);
+}
+
+// is it time to try a path that is not the best?
+bool due(const PathCost& c, long now) { return !c.known || now - c.last > c.pause; }
+
+// single precision without a factor: corrections of Newton's method, where it costs less; one rank
+bool scaled_pays(const SolverData& d, const SysMatrix& A, const SolveTask& task, long now)
+{
+  const PathCost& c = d.cost.path[PATH_SCALED];
+  if (!task.repeats || !task.inertia || A.dim < 2 || comm_size() > 1) return false;
+  return due(c, now) || (c.good && expected(c, task.digits) < cholesky_expected(d, task.digits));
+}
+
 // seconds of a solution by factorisation
 double direct_seconds(const SolverData& d, bool pattern_known)
 {
@@ -212,9 +242,6 @@ bool stale(const SolverData& d, double digits)
   return c.known && (expected(c, digits) > direct_seconds(d, true) ||
                      (d.cost.age > 0 && c.iteration / c.rate > d.cost.cycle_seconds / d.cost.cycle_digits));
 }
-
-// is it time to try a path that is not the best?
-bool due(const PathCost& c, long now) { return !c.known || now - c.last > c.pause; }
 
 // the matrix is already factorised
 bool factors_fit(const SolverData& d, const SolveTask& task) { return d.factored && d.stamp == task.stamp; }
@@ -367,7 +394,10 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveTask& task, long now,
   }
   if (small || task.exact || task.broken) return PATH_FACTOR;
   if (amg_pays(s, A, task)) return PATH_AMG;
-  if (inertia_dominates(d, task, A.dim)) return PATH_CHOLESKY;
+  if (inertia_dominates(d, task, A.dim)) {
+    if (!scaled_pays(d, A, task, now)) return PATH_CHOLESKY;
+    return PATH_SCALED;
+  }
   if (!d.factored && !without_factors(s, A, task)) return PATH_FACTOR;
   return fastest(s, task, solve_same_pattern(s, A), now, limit);
 }
@@ -540,6 +570,12 @@ bool amg_form_way(Solver& s, const SysMatrix&, const SolveTask& task, CgSystem& 
          amg_form(c.A, c.own, d.cholesky, task.positions, task.stamp, d.amg);
 }
 
+bool scaled_form_way(Solver& s, const SysMatrix& A, const SolveTask& task, CgSystem&)
+{
+  if (s.data->scaled.stamp == task.stamp) timer_skip(PHASE_PRECOND);
+  return scaled_form(A, task.stamp, s.data->scaled);
+}
+
 bool diagonal_form_way(Solver& s, const SysMatrix&, const SolveTask&, CgSystem& c)
 {
   return !comm_allreduce_max(!diagonal_form(c.A, s.data->diagonal));
@@ -554,6 +590,7 @@ void remember(Solver& s, SolvePath path, const CgDone& done, bool kept, long now
   const double setup   = kept ? 0.0 : way[path].setup(d);
   const double seconds = done.iterations * way[path].iteration(d);
   c.last = now;
+  c.good = done.good;
   smooth(c.setup, setup);
   if (done.iterations > 0) {
     smooth(c.iteration, seconds / done.iterations);
@@ -608,7 +645,7 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveTask& task, Solv
     if (own) own_form(A, task.pattern, *own);
     done.indefinite = path == PATH_CHOLESKY;         // if forming the factor fails
     if (!way[path].form(s, A, task, c)) return done;
-    c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
+    if (path != PATH_SCALED) c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
       return way[path].apply(s, A, c, r, z, rho);
     };
   }
@@ -618,8 +655,11 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveTask& task, Solv
   if (limit < NEVER) iterations = std::min(iterations, counted_limit(d, path, limit));
   if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && inertia_dominates(d, task, A.dim))
     iterations = std::min(iterations, first_limit(A.dim) + 1);
-  if (old) iterations = std::min(iterations, kept_limit(A.dim, d.cholesky, task));
+  if (old && path == PATH_CHOLESKY)
+    iterations = std::min(iterations, kept_limit(A.dim, d.cholesky, task));
+  if (path == PATH_SCALED) iterations = 2 + static_cast<int>(task.digits / SCALED_DIGITS);
   CgGoal goal{safety * task.eta, safety * task.energy, task.residual, iterations};
+  if (path == PATH_SCALED) return scaled_solve(A, b, goal, d.scaled, x);
   const bool same = path == PATH_REUSED && d.reused.same;    // a product with A costs little compared with M
   goal.any_sign = task.inertia;
   if (same) goal.initial_energy = cg_begin(c, b, d.past, x);
@@ -643,12 +683,13 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveTask& task, SolvePath pat
 {
   const Clock clock;
   SolverData& d  = *s.data;
-  const bool old = path == PATH_CHOLESKY && cholesky_kept(s, task);
+  const bool old = (path == PATH_CHOLESKY && cholesky_kept(s, task)) ||
+                   (path == PATH_SCALED && d.scaled.stamp == task.stamp);
   const Cholesky& c    = d.cholesky;
   const double shift[] = {c.shift, c.border_shift};
   CgDone done = form_and_solve(s, A, task, path, limit, b, x);
   bool indefinite = done.indefinite;
-  if (old && !done.good) done = form_and_solve(s, A, task, path, limit, b, x);
+  if (old && !done.good && path == PATH_CHOLESKY) done = form_and_solve(s, A, task, path, limit, b, x);
   indefinite = indefinite || done.indefinite;        // equal on all ranks, unlike the shifts
   if (path == PATH_CHOLESKY && task.inertia && indefinite) {
     d.cholesky = Cholesky();             // the next factor begins with the same shifts as this one
@@ -669,6 +710,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveTask& task, SolvePath pat
   log.seconds += clock.seconds();
   if (!done.good) ++log.failed;
   s.left = done.end;
+  d.rest = !done.good ? REST_UNKNOWN : path == PATH_SCALED ? REST_SCALED : REST_CG;
   if (path == PATH_AMG) amg_judge(d, done);
   return done.good ? STATUS_OK : SOLVER_FAILED;
 }
@@ -702,6 +744,7 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveTask& task, const RealV
   } else {
     status = by_factor(s, A, task, b, x);
   }
+  d.rest = REST_NONE;
   ++s.path[path].solves;
   s.path[path].seconds += clock.seconds();
   return status;
@@ -747,6 +790,7 @@ Status solve_system(Solver& s, const SysMatrix& A, const SolveTask& task, const 
   MPFE_CHECK(static_cast<int>(task.key.size()) == A.nrow, "solve_system: one key for each row");
   s.masses = task.inertia;
   SolverData& d  = *s.data;
+  d.rest = REST_UNKNOWN;
   count_entries(A, task.pattern, d);
   const long analysed = s.nanalyse, factored = s.nfactor;
   const Status status = first_pays(s, A, task) ? first_solve(s, A, task, b, x)

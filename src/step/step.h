@@ -17,9 +17,17 @@ struct ReusedTangent {
   double cM = 0.0, cC = 0.0;
   KernelMode mode;
   IntVec fixed;
-  RealVec diag, whole;         // [neq] diagonal before prescribed dofs, and before equations
+  RealVec diag;                // [neq] diagonal before prescribed dofs
+  RealVec whole;               // [neq] the same before equations; without equations: empty
   // iterations that reused the same tangent, and that of the iteration before
   long same = 0, near = 0;
+  // dynamics: serves for later iterations and increments while these converge                   (8.18)
+  bool keeps = false;
+  int broken = 0;              // elements that were broken when it was formed
+  long made = -1;              // ActiveGrid::made then
+  int age = 0;                 // solutions with it
+  int wait = 0, pause = 0;     // increments until it is kept again, after it has failed soon
+  long kept = 0;               // iterations that it saved
 };
 
 // Is the static tangent known to be regular from the supports alone, for this pattern and these supports?
@@ -41,11 +49,32 @@ struct GridVelocity {
   IntVec fixed;                // [rows*dim] DofKind
 };
 
+// Means of the accelerations over the last increments: 2 (du - dt v)/dt^2 of the unknowns, the newest first
+//                                                                                               (6.44)
+struct Motion {
+  static const int ORDERS = 3;
+  std::vector<float> node[ORDERS], grid[ORDERS];     // [nnode*dim], [rows of the grid*dim]
+  std::vector<long> key;       // row_key of the rows of the grid, descending
+  int known = 0;               // number of stored increments
+  int order = 0;               // used for the next predictor
+  int wait = 0;                // increments until it is tried again, after free flight was as good
+  // of the last increment, for the first residual of the next one (6.45)          [neq]
+  RealVec du, fint;
+  long pattern = -1, made = -1;          // DofPattern::number, ActiveGrid::made
+  int linear_wait = 0;         // increments until it is used again, after it was inaccurate
+  int step = 0, increment = 0; // StepLog::step, inc_total
+  double dt = 0.0;
+};
+
 // Data of Newton's method reused in the next increment; they change results by round-off only
 struct NewtonMemory {
   Solver solver;
   RealVec gain;                // [iteration] ratio of the residuals after and before, last increment
+  // [iteration] part of the residual that a correction leaves beyond what the solver leaves, last increment
+  RealVec beyond;
   ReusedTangent tangent;
+  Motion motion;
+  std::vector<RealVec> spare;  // vectors of the system that are not in use, for their memory
   KnownRegular regular;
   GridVelocity grid;
 };
@@ -101,6 +130,27 @@ struct Problem {
   NextDivision next;
   StableIncrement stable;      // explicit steps
   Again again = AGAIN_NOT;     // reason to repartition when step_run returns
+};
+
+// Vectors of the system in the memory of earlier ones, until the end of the block. Their values are arbitrary
+struct Borrowed {
+  Borrowed(std::vector<RealVec>& from, const std::vector<RealVec*>& vectors) : spare(from), all(vectors)
+  {
+    for (RealVec* v : all)
+      if (!spare.empty()) {
+        v->swap(spare.back());
+        spare.pop_back();
+      }
+  }
+  ~Borrowed()
+  {
+    for (RealVec* v : all)
+      if (!v->empty()) spare.push_back(std::move(*v));
+  }
+  Borrowed(const Borrowed&) = delete;
+  Borrowed& operator=(const Borrowed&) = delete;
+  std::vector<RealVec>& spare;
+  std::vector<RealVec*> all;
 };
 
 // Properties of the material for Newton's method, set by step_increment
@@ -180,6 +230,8 @@ struct Attempt {
   bool plain = false;            // explicit, no grid, no dampers: v and a are written to st.np1
   BulkStep bulk{};               // explicit: bulk viscosity
   Jumps jumps{};               // of du
+  bool begun = false;            // Newton's method has begun: du is not the predictor any more
+  double predicted = 0.0;        // energy of the predictor beyond free flight; 0: free flight
   RealVec guess{};               // [neq] statics: initial guess of du
   bool guesses = false;          // there is a guess; a rank may have no rows
   Arc arc{};
@@ -241,14 +293,18 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
 
 // The linear system of a Newton iteration                                          (6.2)
 struct LinearSystem {
+  explicit LinearSystem(ReusedTangent& z) : diag(z.diag), whole(z.whole) {}
   RealVec f, dx;               // [neq] right-hand side, correction
-  RealVec diag;                // [neq] diagonal of A before prescribed dofs
-  RealVec whole;               // [neq] diagonal before equations; without equations: empty
+  RealVec &diag, &whole;       // of the tangent
   double residual = 0.0, energy = 0.0;   // largest norm of R and sqrt(f dx) so far, scales of accuracy
   double own_energy = 0.0;     // f dx of this rank
   bool secant = false;         // A has the secants of cohesive cracks (6.38)
   RealVec g, along;            // [neq] RIKS: right-hand side per load time, and its correction
 };
+
+// With a kept tangent the last residual may be just below the tolerance; Newton's method leaves much less:
+// factor of the tolerance (8.18)  (test: speed/reuse)
+const double KEPT_PART = 0.3;
 
 // step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections inserted; A is
 // reused in linear models, and in the last iteration when it is accurate enough (8.11)
@@ -281,6 +337,24 @@ bool step_solved_well(const Solver& solver, const LinearSystem& l);
 
 // step_gain : stores the ratio of the residuals of iteration it
 void step_gain(NewtonMemory& memory, int it, double gain);
+
+// step_judge_tangent : after a whole correction: NewtonMemory::beyond, and whether the tangent is kept
+//   in   before, R, now   norm of the residual before; the residual and its norm
+void step_judge_tangent(Problem& p, int it, double before, const RealVec& R, double now);
+
+// step_linear_force : a.fint at the predictor from that of the last increment and the kept tangent; false:
+// not known well enough                                                                        (6.45)
+// step_judge_linear : gain: ratio of the residuals of the first iteration after that; part: of the forces
+bool step_linear_force(Problem& p, Attempt& a);
+void step_judge_linear(Problem& p, double gain, double part);
+
+// step_same_system : does the tangent in A belong to the system of the attempt?
+bool step_same_system(const ReusedTangent& z, const Dofs& dofs, const Attempt& a);
+
+// step_predict : adds the acceleration expected from the last increments to the predictor a.du. Collective.
+// step_keep_motion : stores that of the increment. Collective.                                  (6.44)
+void step_predict(Problem& p, Attempt& a);
+void step_keep_motion(Problem& p, Attempt& a);
 
 // step_flow_unsymmetric : is the plastic flow of a material non-associated, its tangent unsymmetric?
 bool step_flow_unsymmetric(const Model& m);

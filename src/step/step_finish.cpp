@@ -350,8 +350,9 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   State& st      = p.st;
   const bool leaps  = a.step.explicit_steps();
   RealVec rf0;
-  if (!a.plain) rf0 = st.rf;
-  if (!a.plain && rf0.empty()) rf0.assign(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0);
+  const bool mean = !a.plain && !a.mode.mid;         // work by the mean of the forces at both ends
+  if (mean) rf0 = st.rf;
+  if (mean && rf0.empty()) rf0.assign(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0);
   RealVec dv(a.plain ? 0 : s.rows.neq(), 0.0);          // change of the velocities of the unknowns
   st.np1.time = a.total1;
   if (st.points.part.window)

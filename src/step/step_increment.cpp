@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/timer.h"
 #include "model/scheme.h"
 #include "step/step.h"
 
@@ -184,18 +185,21 @@ void take_space(StableIncrement& q, Attempt& a)
   a.R.swap(q.R);
 }
 
-// explicit: level n+1, but for the parts that the increment writes as a whole
+// dynamics: level n+1, but for the parts that the increment writes as a whole
 void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
 {
   const Dofs& d = p.dofs;
   for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a}) (l.*x).resize(n.u.size());
+  if (!s.explicit_steps()) l.u = n.u;
   for (int k = 0; k < p.m.mesh.nnode(); ++k) {
     if (d.rows.row_of_node[k] >= 0) continue;             // in no element
     for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a})
       std::copy_n(&(n.*x)[k * d.rows.dim], d.rows.dim, &(l.*x)[k * d.rows.dim]);
   }
-  l.uc.resize(n.uc.size());
-  l.vc.resize(n.vc.size());
+  if (s.explicit_steps()) l.uc.resize(n.uc.size());
+  else l.uc = n.uc;
+  if (s.explicit_steps()) l.vc.resize(n.vc.size());
+  else l.vc = n.vc;
   for (RealVec Level::*x : {&Level::slip, &Level::lambda, &Level::lambda_n, &Level::hp, &Level::degr,
                             &Level::q})
     l.*x = n.*x;
@@ -203,6 +207,36 @@ void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
   l.time = n.time;
   if (s.bulk()) l.q.resize(p.m.mesh.nelem(), 0.0);
   else l.q.clear();
+}
+
+// level n+1, constraints, loads and predictor of an attempt
+//   out  energy   explicit: as step_increment
+Failure begin_attempt(Problem& p, const Step& s, Attempt& a, RealVec& energy)
+{
+  TimerAround timer(PHASE_BEGIN);
+  State& st = p.st;
+  if (s.explicit_steps() && s.bulk()) st.n.q.resize(p.m.mesh.nelem(), 0.0);
+  if (s.proc == PROC_DYNAMIC) begin_level(p, s, st.n, st.np1);
+  else st.np1 = st.n;
+  if (!p.d.pairs.gap.empty()) contact_forget(st.bonds, p.d.pairs, p.m.dim, st.np1);
+  if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, a.dt, st.np1);
+  // dynamics: a multiplier of the last increment would push opening contact and create energy (4.2)
+  if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
+  // of this attempt: none if an error precedes the first iteration
+  st.log.iterations = 0;
+  st.log.residual   = 0.0;
+  if (s.explicit_steps()) take_space(p.stable, a);
+  if (s.explicit_steps() && frac_uses_energy(p.m) && step_tests(p, s, a.total1)) a.energy = &energy;
+  if (s.proc == PROC_DYNAMIC) a.du.resize(p.dofs.rows.neq());  // written as a whole
+  else a.du.assign(p.dofs.rows.neq(), 0.0);
+  Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
+  if (failure.ok() && s.proc == PROC_DYNAMIC && !s.explicit_steps()) ledger_leap(p.dofs, 0.0, st);
+  if (failure.ok() && !a.mode.mid && !loads_known(p, s, a.fext0))
+    failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
+  const bool leaps = s.explicit_steps();
+  if (failure.ok() && s.proc == PROC_DYNAMIC && !leaps) failure = step_inertia_begin(p, a);
+  if (failure.ok() && s.arc.on && a.dt > 0.0) failure = step_arc_begin(p, a);
+  return failure;
 }
 
 }  // namespace
@@ -253,33 +287,14 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
             newton_controls(p.m, p.d, st, s, dt)};
   if (s.explicit_steps()) a.total1 = a.load.total = st.clock.start + a.t1;   // bitwise t(n) of the next
   if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
-  if (s.explicit_steps()) {
-    if (s.bulk()) st.n.q.resize(p.m.mesh.nelem(), 0.0);
-    begin_level(p, s, st.n, st.np1);
-  } else {
-    st.np1 = st.n;
-  }
-  if (!p.d.pairs.gap.empty()) contact_forget(st.bonds, p.d.pairs, p.m.dim, st.np1);
-  if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
-  // dynamics: a multiplier of the last increment would push opening contact and create energy (4.2)
-  if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
-  // of this attempt: none if an error precedes the first iteration
-  st.log.iterations = 0;
-  st.log.residual   = 0.0;
-  if (s.explicit_steps()) take_space(p.stable, a);
-  if (s.explicit_steps() && frac_uses_energy(p.m) && step_tests(p, s, a.total1)) a.energy = &energy;
-  if (s.explicit_steps()) a.du.resize(p.dofs.rows.neq());      // written as a whole
-  else a.du.assign(p.dofs.rows.neq(), 0.0);
-  Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
-  if (failure.ok() && s.proc == PROC_DYNAMIC && !s.explicit_steps()) ledger_leap(p.dofs, 0.0, st);
-  if (failure.ok() && !mid && !loads_known(p, s, a.fext0))
-    failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
-  const bool leaps = s.explicit_steps();
-  if (failure.ok() && s.proc == PROC_DYNAMIC && !leaps) failure = step_inertia_begin(p, a);
-  if (failure.ok() && s.arc.on && dt > 0.0) failure = step_arc_begin(p, a);
+  std::vector<RealVec*> vectors;
+  if (s.proc == PROC_DYNAMIC && !s.explicit_steps())
+    vectors = {&a.g, &a.momentum, &a.vgrid, &a.fint, &a.fext, &a.du};
+  const Borrowed borrowed(p.newton.spare, vectors);
+  Failure failure = begin_attempt(p, s, a, energy);
   if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p.m, st, p.dofs, dt, a);
-  const bool guessed = a.guesses;
+  const bool guessed = a.guesses, leaps = s.explicit_steps();
   if (failure.ok()) failure = leaps ? step_explicit(p, a) : step_newton(p, a);
   if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
     a.du.assign(p.dofs.rows.neq(), 0.0);
@@ -297,6 +312,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   }
   if (failure.ok() && a.arc.on) step_arc_end(p, a);
   if (failure.ok()) step_finish(p, a, energy);
+  if (failure.ok() && !leaps) step_keep_motion(p, a);
   if (failure.ok() && !std::isfinite(leaps ? st.ledger.external : st.ledger.balance)) failure = BAD_NUMBER;
   if (failure.ok() && leaps) keep_loads(p, a);
   return failure;

@@ -75,6 +75,16 @@ bool projection_known(const State& st, const Discretisation& d, const Dofs& s, c
   return s.rows.split ? comm_allreduce_max(static_cast<int>(!known)) == 0 : known;
 }
 
+// dof_of_nodes into memory that is there
+void put_nodes(const Dofs& s, const RealVec& x, RealVec& out)
+{
+  const int dim = s.rows.dim;
+  out.resize(s.rows.neq());
+  for (int r = 0; r < s.rows.nfe; ++r)
+    for (int i = 0; i < dim; ++i) out[r * dim + i] = x[s.rows.node_of_row[r] * dim + i];
+  std::fill(out.begin() + static_cast<long>(s.rows.nfe) * dim, out.end(), 0.0);
+}
+
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
 //   in   before     last velocity of the grid
 //   out  momentum   [neq] M v of nodes, sum m S v of points
@@ -83,7 +93,7 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
                           const GridVelocity& before, RealVec& momentum, RealVec& vgrid)
 {
   const bool projects = step_on_grid(d, dofs);
-  vgrid = dof_of_nodes(dofs, st.n.v);
+  put_nodes(dofs, st.n.v, vgrid);
   if (projects && projection_known(st, d, dofs, before)) {
     timer_skip(PHASE_PROJECT);
     take_velocity(before, dofs, vgrid);
@@ -239,6 +249,7 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   // predictor: free flight
   for (int i = 0; i < p.dofs.rows.neq(); ++i)
     a.du[i] = p.dofs.bound.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
+  if (failure.ok()) step_predict(p, a);
   return failure;
 }
 

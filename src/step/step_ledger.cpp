@@ -17,21 +17,22 @@ void add_cross(const double* x, const double* y, double* out)
 void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
 {
   const int dim = dofs.rows.dim;
-  const RealVec v = dof_of_nodes(dofs, l.v);
-  RealVec Mv;
   const bool lumped = !dofs.mass.lumped.empty() && !dofs.rows.hung;
-  if (!lumped) mass_elements(dofs, v, Mv);
-  else {
-    Mv = v;
-    for (int i = 0; i < dofs.rows.neq(); ++i) Mv[i] *= dofs.rows.counts(i) ? dofs.mass.lumped[i / dim] : 0.0;
-  }
+  // implicit steps: rows of nodes without couplings
+  const IntVec& coupled = dofs.mass.coupled;
+  const bool single = !lumped && !dofs.rows.hung && (coupled.empty() || coupled.front() >= dofs.rows.nfe);
+  RealVec Mv;
+  if (!lumped && !single) mass_elements(dofs, dof_of_nodes(dofs, l.v), Mv);
   for (int r = 0; r < dofs.rows.nfe; ++r) {
     const int node = dofs.rows.node_of_row[r];
+    const double m = lumped ? (dofs.rows.counts(r * dim) ? dofs.mass.lumped[r] : 0.0)
+                            : single ? dofs.mass.M_here[r] : 0.0;
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
+      const double v = l.v[node * dim + i];
       x[i] = mesh.X[3 * node + i] + l.u[node * dim + i];
-      q[i] = Mv[r * dim + i];
-      g.kinetic += 0.5 * v[r * dim + i] * q[i];
+      q[i] = lumped || single ? m * v : Mv[r * dim + i];
+      g.kinetic += 0.5 * v * q[i];
       g.momentum[i] += q[i];
     }
     add_cross(x, q, g.angular);

@@ -17,6 +17,13 @@ const double FIRST_REDUCTION = 1e-6;
 const int SLOW_ITERATIONS = 8;
 // predicted residual, relative to the tolerance, to reuse a tangent (8.11)  (no test)
 const double REUSE_PART   = 0.1;
+// A tangent is kept while an iteration with it reduces the residual to this part (8.18). After a failure
+// within KEPT_SOON solutions it waits for increments, twice as many each time, KEPT_PAUSE at most: time only
+// (no test)
+const double KEPT_RATIO = 0.02;
+const int KEPT_SOON = 4, KEPT_PAUSE = 64;
+// increments after which (8.19) measures again  (no test)
+const int BEYOND_EVERY = 8;
 // relative residual with slip  (no test)
 const double SLIP_TOL     = 1e-6;
 // relative residual of each solution with the symmetric matrix, digits of all of them together: time only
@@ -26,14 +33,6 @@ const double ROUGH_DIGITS = 9.0;
 // Equations in space from which on iterative solutions are faster than a factorisation. Measured:
 // speed/contact_static.inp: n = 6 (5100 equations) 2.9 s for 2.0, n = 10 (11 500) 4.7 s for 7.1  (no test)
 const int ROUGH_FROM = 8000;
-
-bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
-{
-  const auto same = [](double before, double now) { return std::fabs(before - now) <= 1e-12 * now; };
-  return z.on && z.pattern == dofs.pattern.number && z.mode.cD() == a.mode.cD() &&
-         same(z.mode.rate, a.mode.rate) && same(z.cM, a.cM) && same(z.cC, a.cC) &&
-         dof_all(dofs, z.fixed == dofs.bound.fixed);
-}
 
 // the last iteration reduced the residual so much that the same reduction ends this one safely (8.11)
 // Not in statics, where a soft mode has a large error with a small residual.
@@ -52,6 +51,37 @@ double reduction(const RealVec& gain, int it, double residual, double accepted)
   const double g = gain[it - 1];
   if (residual * g <= accepted) return FINAL;
   return std::min(std::max(0.3 * g, 1e-8), 1e-2);
+}
+
+// the same where the part of the residual that remains with an exact solution is known (8.19): in the last
+// iteration the error of the solution is 0.4 of that part; before, the next iteration can be the last
+double shared_reduction(const RealVec& beyond, int it, double residual, double largest, double accepted)
+{
+  const double part = beyond[it - 1], left = std::min(KEPT_PART * accepted, ACCEPT * largest) / residual;
+  if (part <= 0.8 * left) return std::max(FINAL, 0.4 * part);
+  const double next = it < static_cast<int>(beyond.size()) ? beyond[it] : part;
+  return std::min(std::max(0.3 * part, std::min(std::sqrt(left), 0.7 * left / next)), 1e-2);
+}
+
+// do points, bonds, contact or broken elements contribute to the tangent?
+bool has_local(const Problem& p)
+{
+  const auto opens = [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; };
+  return p.st.points.npoint_all() || p.st.bonds.nbond_all() || p.st.frac.neroded > 0 ||
+         std::any_of(p.m.fracture.begin(), p.m.fracture.end(), opens);
+}
+
+// is the part of intact elements stored? Collective
+bool part_stored(const Dofs& s)
+{
+  return dof_all(s, s.pattern.whole.size() == s.pattern.A.val.size());
+}
+
+// may the tangent be kept?                                                              (8.18)
+bool keeps_tangents(const Problem& p, const Attempt& a)
+{
+  return a.cM != 0.0 && p.m.solver.reuse && !a.newton.unsymmetric_flow &&
+         p.dofs.rows.neq_all() >= SMALL_SYSTEM;
 }
 
 // step_supports_fix, evaluated once for each set of supports
@@ -136,16 +166,31 @@ Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, Solv
 
 }  // namespace
 
+bool step_same_system(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
+{
+  const auto same = [](double before, double now) { return std::fabs(before - now) <= 1e-12 * now; };
+  return (z.on || z.keeps) && z.pattern == dofs.pattern.number && z.mode.cD() == a.mode.cD() &&
+         same(z.mode.rate, a.mode.rate) && same(z.cM, a.cM) && same(z.cC, a.cC) &&
+         dof_all(dofs, z.fixed == dofs.bound.fixed);
+}
+
 void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R,
                   const RealVec& pending, LinearSystem& l)
 {
   Dofs& s = p.dofs;
   ReusedTangent& z = p.newton.tangent;
-  const bool same = same_tangent(z, s, a);
+  if (it == 1 && z.wait > 0) {
+    --z.wait;
+    z.keeps = false;
+  }
+  z.keeps = dof_all(s, z.keeps && z.broken == p.st.frac.neroded && z.made == p.d.grid.made);
+  const bool fits = step_same_system(z, s, a), same = z.on && fits, kept = z.keeps && fits;
+  // material that breaks or touches changes from iteration to iteration: its part is formed again
+  const bool local = kept && has_local(p), renews = local && part_stored(s);
   // the secants of smaller openings bound the energy as well
   const bool keeps = l.secant && a.mode.crack == CRACK_SECANT;
   l.secant = a.mode.crack == CRACK_SECANT;
-  const bool stay = same || keeps ||
+  const bool stay = same || keeps || (kept && !local) ||
                     (p.m.solver.reuse && near_tangent(p.newton.gain, a, it, residual, accepted));
   l.f.resize(s.rows.neq());
   for (int i = 0; i < s.rows.neq(); ++i) l.f[i] = -R[i];
@@ -156,17 +201,16 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     for (int i = 0; i < s.rows.neq(); ++i)
       if (s.bound.fixed[i]) l.f[i] = 0.0;
     timer_skip(PHASE_TANGENT);
-    if (same) {
-      l.diag  = z.diag;
-      l.whole = z.whole;
-    }
-    ++(same ? z.same : z.near);
+    ++(same ? z.same : kept ? z.kept : z.near);
     return;
   }
   const long number = s.pattern.tangent;
-  assem_tangent(p.m, p.d, a.mode, a.cM, a.cC, a.jumps, p.st, s);
+  const bool stores      = keeps_tangents(p, a) && has_local(p);
+  const TangentPart part = renews ? TANGENT_LOCAL : stores ? TANGENT_KEPT : TANGENT_ALL;
+  assem_tangent(part, p.m, p.d, a.mode, a.cM, a.cC, a.jumps, p.st, s);
   if (same) s.pattern.tangent = number;
   sys_diagonal(s.pattern.A, l.diag);
+  l.whole.clear();
   if (s.bound.tie.any) {
     l.whole = l.diag;
     tie_matrix(s);
@@ -174,15 +218,21 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   }
   if (a.arc.on) step_arc_force(s, a.arc, l.g);
   assem_constrain(s, l.diag, pending, l.f);
-  z.on = a.newton.linear && p.m.solver.reuse;
-  if (!z.on) return;
+  if (renews) {
+    ++z.kept;
+    return;
+  }
+  z.on     = a.newton.linear && p.m.solver.reuse;
+  z.keeps  = !z.on && keeps_tangents(p, a);
+  z.broken = p.st.frac.neroded;
+  z.made   = p.d.grid.made;
+  z.age    = 0;
+  if (!z.on && !z.keeps) return;
   z.pattern = s.pattern.number;
   z.cM      = a.cM;
   z.cC      = a.cC;
   z.mode    = a.mode;
   z.fixed   = s.bound.fixed;
-  z.diag    = l.diag;
-  z.whole   = l.whole;
 }
 
 namespace {
@@ -195,7 +245,12 @@ SolveTask solve_task(Problem& p, const Attempt& a, int it, double residual, doub
   SolveTask task{s.rows.row_key};
   task.stamp    = s.pattern.tangent;
   task.pattern  = s.pattern.number;
-  task.eta      = reduction(p.newton.gain, it, residual, accepted);
+  const RealVec& beyond = p.newton.beyond;
+  const ReusedTangent& z = p.newton.tangent;
+  const bool known = z.keeps && z.age > 0 && it <= static_cast<int>(beyond.size());
+  task.eta      = known ? shared_reduction(beyond, it, residual, l.residual, accepted)
+                        : reduction(p.newton.gain, it, residual, accepted);
+  task.repeats  = z.keeps;
   task.residual = 0.01 * accepted;
   // a nearly singular tangent needs a preconditioner that is exact there
   const bool singular = a.newton.singular;
@@ -224,10 +279,12 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   const Status status = solve_slipping(p, a, pending, task, l);
   if (status != STATUS_OK) return status;
   l.own_energy = 0.0;
-  for (int i = 0; i < s.rows.neq(); ++i) {
-    if (s.rows.counts(i)) l.own_energy += l.f[i] * l.dx[i];
+  const double *f = l.f.data(), *dx = l.dx.data();
+  if (!s.rows.split) l.own_energy = sum_terms(s.rows.neq(), [=](size_t i) { return f[i] * dx[i]; });
+  for (int i = 0; i < s.rows.neq() && s.rows.split; ++i)
+    if (s.rows.counts(i)) l.own_energy += f[i] * dx[i];
+  for (int i = 0; i < s.rows.neq() && !dof_all_free(s); ++i)
     if (s.bound.fixed[i]) l.dx[i] = pending[i];
-  }
   tie_follow(s, false, l.dx);
   return STATUS_OK;
 }
@@ -256,4 +313,37 @@ void step_gain(NewtonMemory& memory, int it, double gain)
 {
   if (it > static_cast<int>(memory.gain.size())) memory.gain.resize(it, FIRST_REDUCTION);
   memory.gain[it - 1] = gain;
+}
+
+// ---------------------------------------------------------------------------
+// step_judge_tangent : does the tangent serve for further iterations?                     (8.18), (8.19)
+// ---------------------------------------------------------------------------
+void step_judge_tangent(Problem& p, int it, double before, const RealVec& R, double now)
+{
+  const Dofs& s    = p.dofs;
+  ReusedTangent& z = p.newton.tangent;
+  if (!z.keeps || !(before > 0.0)) return;
+  RealVec& beyond = p.newton.beyond;
+  // it changes slowly
+  const bool measure = it > static_cast<int>(beyond.size()) || p.st.log.inc % BEYOND_EVERY == 0;
+  RealVec rest(measure ? s.rows.neq() : 0);
+  if (measure && dof_all(s, solve_rest(p.newton.solver, rest))) {
+    const double square = dof_sum(s, [&](size_t i) {
+      const double x = s.bound.fixed[i] ? 0.0 : R[i] + rest[i];
+      return x * x;
+    });
+    if (it > static_cast<int>(beyond.size())) beyond.resize(it, 1.0);
+    beyond[it - 1] = std::sqrt(square) / before;
+  }
+  const bool soon = z.age++ < KEPT_SOON;
+  if (now <= KEPT_RATIO * before) {
+    if (!soon) z.pause = 0;
+    return;
+  }
+  // the tangent of this iteration itself: contact and broken material are formed again
+  if (z.age == 1 && part_stored(s)) return;
+  z.keeps = false;
+  if (z.age == 1) return;
+  z.pause = soon ? std::min(2 * z.pause + 1, KEPT_PAUSE) : 0;
+  z.wait  = z.pause;
 }

@@ -26,6 +26,12 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
   const Points& q = p.st.points;
   out.clear();
   out.push_back({"matrix", bytes(s.pattern.A.val) + bytes(s.pattern.A.col) + bytes(s.pattern.A.off)});
+  if (!s.pattern.whole.empty()) out.push_back({"part of the matrix that is kept", bytes(s.pattern.whole)});
+  const Motion& h = p.newton.motion;
+  double motion   = bytes(h.du) + bytes(h.fint);
+  for (int k = 0; k < Motion::ORDERS; ++k) motion += bytes(h.node[k]) + bytes(h.grid[k]);
+  for (const RealVec& v : p.newton.spare) motion += bytes(v);
+  if (motion > 0.0) out.push_back({"predictor, vectors of Newton", motion});
   out.push_back({"mass", bytes(s.mass.M)});
   if (!s.mass.C.empty()) out.push_back({"damping", bytes(s.mass.C)});
   out.push_back({"positions in the matrix", bytes(s.pattern.elem_map) + bytes(s.pattern.point_map) +

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/timer.h"
 #include "step/step.h"
 
 namespace {
@@ -54,6 +55,32 @@ void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* 
   }
 }
 
+// inertia, R and its scales of one rank without damping and equations, in one pass: norm as own_squares
+void join_forces(const Attempt& a, const Dofs& s, Residual& b, double* norm)
+{
+  const size_t LANES = 8, n = s.rows.neq(), whole = n / LANES * LANES;
+  const double *Mdu = b.Mdu.data(), *g = a.g.data(), *fint = a.fint.data(), *fext = a.fext.data();
+  const int* fixed = s.bound.fixed.data();
+  double *R = b.R.data(), *inertia = b.inertia.data(), part[4][LANES] = {};
+  const double cM = a.cM;
+  const auto add = [&](size_t i, size_t l) {
+    const double f = cM * Mdu[i] - g[i], r = fint[i] - fext[i] + f;
+    inertia[i] = f;
+    R[i]       = r;
+    part[0][l] += fixed[i] ? 0.0 : r * r;
+    part[1][l] += fint[i] * fint[i];
+    part[2][l] += fext[i] * fext[i];
+    part[3][l] += f * f;
+  };
+  for (size_t i = 0; i < whole; i += LANES)
+    for (size_t l = 0; l < LANES; ++l) add(i + l, l);
+  for (size_t i = whole; i < n; ++i) add(i, 0);
+  for (int k = 0; k < 4; ++k) {
+    norm[k] = 0.0;
+    for (double p : part[k]) norm[k] += p;
+  }
+}
+
 // fint, M du, on several ranks in one message; fext of loads that follow the body
 Failure form_forces(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 {
@@ -66,28 +93,27 @@ Failure form_forces(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   return assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
 }
 
-// R(du); moves the state n+1
-Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
+// R from fint, fext and M du
+Failure sum_residual(Problem& p, const Attempt& a, const RealVec& du, Residual& b)
 {
   const Dofs& s = p.dofs;
-  Failure failure = assem_move(p.m, p.d, s, du, a.t0, a.t1, p.st, a.jumps);
-  if (failure.ok()) failure = form_forces(p, a, du, b);
-  if (!failure.ok()) return failure;
+  double norm[4];              // in one message
   b.R.resize(s.rows.neq());
   b.inertia.resize(s.rows.neq());
-  if (a.cM == 0.0) std::fill(b.inertia.begin(), b.inertia.end(), 0.0);
+  const bool plain = a.cM != 0.0 && a.cC == 0.0 && !s.bound.tie.any && !s.rows.split;
+  if (plain) join_forces(a, s, b, norm);
+  else if (a.cM == 0.0) std::fill(b.inertia.begin(), b.inertia.end(), 0.0);
   else
     for (int i = 0; i < s.rows.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
   if (a.cC != 0.0) {
     damping_multiply(s, du, b.Cdu);
     for (int i = 0; i < s.rows.neq(); ++i) b.inertia[i] += a.cC * b.Cdu[i];
   }
-  for (int i = 0; i < s.rows.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
+  for (int i = 0; i < s.rows.neq() && !plain; ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
   tie_force(s, b.R);
-  double norm[4];              // in one message
   const std::array<const RealVec*, 4> forces = {&b.R, &a.fint, &a.fext, &b.inertia};
   if (s.rows.split) own_squares<true>(s, forces, norm);
-  else own_squares<false>(s, forces, norm);
+  else if (!plain) own_squares<false>(s, forces, norm);
   if (s.rows.split) comm_sum(norm, 4);
   for (double& x : norm) x = std::sqrt(x);
   const double internal = norm[1];
@@ -95,6 +121,30 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   b.external  = norm[2];
   b.scale     = std::max({internal, b.external, norm[3]});
   return std::isfinite(b.free_norm) && std::isfinite(internal + b.external) ? STATUS_OK : BAD_NUMBER;
+}
+
+// R(du); moves the state n+1
+Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
+{
+  Failure failure = assem_move(p.m, p.d, p.dofs, du, a.t0, a.t1, p.st, a.jumps);
+  if (failure.ok()) failure = form_forces(p, a, du, b);
+  return failure.ok() ? sum_residual(p, a, du, b) : failure;
+}
+
+// R of the predictor from the forces of the last increment and the kept tangent (6.45); a.jumps and st.np1
+// belong to the predictor. false: not possible
+bool linear_residual(Problem& p, Attempt& a, Residual& b, Failure& failure)
+{
+  Dofs& s = p.dofs;
+  if (!step_linear_force(p, a)) return false;
+  tie_follow(s, true, a.du);
+  failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, p.st, a.jumps);
+  if (failure.ok() && assem_has_followers(a.step))
+    failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
+  if (!failure.ok()) return true;
+  mass_part(s, a.du, b.Mdu);
+  failure = sum_residual(p, a, a.du, b);
+  return true;
 }
 
 // the strain part of the diagonal, through which round-off of F acts. Mass, damping and bonds depend on du
@@ -173,7 +223,9 @@ bool balanced(const Problem& p, const Attempt& a, const Residual& b, const RealV
 {
   const Dofs& s  = p.dofs;
   const Controls& c = a.step.ctl;
-  if (b.free_norm > c.tol_force * b.scale) return false;
+  const ReusedTangent& z = p.newton.tangent;
+  const double part = z.keeps && z.age > 1 ? KEPT_PART : 1.0;
+  if (b.free_norm > part * c.tol_force * b.scale) return false;
   // fixed null pivots leave a residual, which is compared with the reactions too (theory 8.1)
   const Solver& solver    = p.newton.solver;
   const bool fixed_pivots = a.cM == 0.0 && solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
@@ -197,11 +249,15 @@ bool balanced(const Problem& p, const Attempt& a, const Residual& b, const RealV
   return energy[0] <= c.tol_energy * energy[1] || energy[1] == 0.0;
 }
 
-bool converged(const Problem& p, const Attempt& a, const Residual& b, const LinearSystem& l, bool by_rounding,
+bool by_rounding(const Problem& p, const Attempt& a, const Residual& b, const LinearSystem& l)
+{
+  return b.free_norm <= rounding_floor(p, l.whole.empty() ? l.diag : l.whole, a);
+}
+
+bool converged(const Problem& p, const Attempt& a, const Residual& b, const LinearSystem& l, bool rounds,
                bool stalls)
 {
-  return balanced(p, a, b, l.diag, stalls) ||
-         (by_rounding && b.free_norm <= rounding_floor(p, l.whole.empty() ? l.diag : l.whole, a));
+  return balanced(p, a, b, l.diag, stalls) || (rounds && by_rounding(p, a, b, l));
 }
 
 // largest part of the correction that keeps every det F positive
@@ -301,11 +357,11 @@ Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool searc
   return failure;
 }
 
-// dx R at free dofs, and with it the energy of the correction
-double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
+// dx R at free dofs, and with it the energy of the correction; whole: dx solves for -R
+double first_slope(const Dofs& s, const RealVec& R, bool whole, LinearSystem& l)
 {
-  double sum[2] = {0.0, l.own_energy};
-  for (int i = 0; i < s.rows.neq(); ++i)
+  double sum[2] = {whole ? -l.own_energy : 0.0, l.own_energy};
+  for (int i = 0; i < s.rows.neq() && !whole; ++i)
     if (!s.bound.fixed[i] && s.rows.counts(i)) sum[0] += l.dx[i] * R[i];
   if (s.rows.split) comm_sum(sum, 2);
   l.energy = std::max(l.energy, std::sqrt(std::fabs(sum[1])));
@@ -372,23 +428,29 @@ Failure step_newton(Problem& p, Attempt& a)
 {
   const Dofs& s = p.dofs;
   StepLog& log  = p.st.log;
+  TimerAround timer(PHASE_VECTORS);
   Residual b;
-  LinearSystem l;
+  LinearSystem l(p.newton.tangent);
   Secants secants;
   Descent descent;
   double least = 1e300;        // norm of R so far
   int stale    = 0;            // iterations since least
-  RealVec trial(s.rows.neq()), pending(s.rows.neq());
+  RealVec trial, pending(dof_all_free(s) ? 0 : s.rows.neq());
+  const Borrowed borrowed(p.newton.spare, {&b.R, &b.inertia, &b.Mdu, &l.f, &l.dx, &trial});
+  trial.resize(s.rows.neq());
   a.mode.crack = a.arc.on ? CRACK_ONWARD : CRACK_TANGENT;
   // 1. predictor or guess
   double guessed  = 0.0;       // energy of the guess
   Failure failure;
   if (!a.arc.on && !assem_has_followers(a.step))
     failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
-  if (failure.ok()) failure = begin_at_predictor(p, a, b);
+  bool linear = false;         // R of the predictor is that of the kept tangent
+  if (failure.ok()) linear = linear_residual(p, a, b, failure);
+  a.begun = true;
+  if (failure.ok() && !linear) failure = begin_at_predictor(p, a, b);
   if (failure.ok() && a.guesses) failure = begin_at_guess(p, a, b, guessed);
   if (!failure.ok()) return failure;
-  l.energy = std::sqrt(guessed);
+  l.energy = std::sqrt(guessed + a.predicted);
   report_iteration(log, 0, b, 0.0, 0.0);
   for (int it = 1; it <= a.newton.max_iter; ++it) {
     // 2. tangent, prescribed dofs                                                  (6.2)
@@ -398,8 +460,9 @@ Failure step_newton(Problem& p, Attempt& a)
     const double accepted = a.step.ctl.tol_force * scale, before = b.free_norm;
     step_tangent(p, a, it, before, accepted, b.R, pending, l);
     // loads below the round-off floor are solved for once; without loads the floor ends the iterations
-    if (it == 1 && reached && guessed == 0.0 && !a.arc.on &&
-        converged(p, a, b, l, b.external == 0.0, false)) {
+    const bool still = b.external == 0.0;
+    if (it == 1 && reached && guessed == 0.0 && !linear && !a.arc.on &&
+        (a.predicted == 0.0 ? converged(p, a, b, l, still, false) : still && by_rounding(p, a, b, l))) {
       a.R = b.R;                                     // the predictor is the solution
       assem_share_bonds(p.st, p.m.dim, a.jumps);
       return STATUS_OK;
@@ -413,7 +476,9 @@ Failure step_newton(Problem& p, Attempt& a)
     double advance = 0.0;
     if (a.arc.on) failure = follow_arc(p, a, it, before, accepted, l, advance);
     if (!failure.ok()) return failure;
-    const double g0 = first_slope(s, b.R, l);
+    const bool whole = reached && !a.arc.on && !a.newton.unsymmetric_flow && a.mode.crack != CRACK_SECANT &&
+                       !a.newton.slips;
+    const double g0 = first_slope(s, b.R, whole, l);
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // bad guess (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
@@ -430,6 +495,9 @@ Failure step_newton(Problem& p, Attempt& a)
     report_iteration(log, it, b, std::fabs(g0), part);
     // 5. converged?                                                                (6.4)
     if (before > 0.0) step_gain(p.newton, it, b.free_norm / before);
+    if (it == 1 && linear) step_judge_linear(p, b.free_norm / before, b.free_norm / b.scale);
+    if (part == 1.0) step_judge_tangent(p, it, before, b.R, b.free_norm);
+    else p.newton.tangent.keeps = false;
     const bool stalls = b.free_norm > STALL_RATIO * before;
     if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, l) &&
         converged(p, a, b, l, true, stalls)) {

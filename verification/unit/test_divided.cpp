@@ -515,8 +515,7 @@ TEST(Divided, MassSolve)
       for (int I = 0; I < l.A.nrow; ++I)
         for (int k = l.A.off[I]; k < l.A.off[I + 1]; ++k)
           s.mass.M[k] = (l.A.col[k] == I ? 1.2 : -1.0) * l.A.val[static_cast<size_t>(k) * dim * dim];
-      for (int I = 0; I < l.A.nrow; ++I) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[I + 1] - 1]);
-      sys_sum(s.pattern.A, s.mass.M_diag);
+      mass_diagonals(s);
       s.bound.fixed.assign(s.rows.neq(), 0);
       Eigen::VectorXd f(n * dim), given = Eigen::VectorXd::Zero(n * dim);
       for (int k = 0; k < n * dim; ++k) f[k] = std::cos(1.0 + k);
@@ -568,8 +567,7 @@ TEST(Divided, MassProjection)
     for (int I = 0; I < l.A.nrow; ++I)
       for (int k = l.A.off[I]; k < l.A.off[I + 1]; ++k)
         s.mass.M[k] = (l.A.col[k] == I ? diagonal : -1.0) * l.A.val[static_cast<size_t>(k) * 4];
-    for (int I = 0; I < l.A.nrow; ++I) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[I + 1] - 1]);
-    sys_sum(s.pattern.A, s.mass.M_diag);
+    mass_diagonals(s);
     s.bound.fixed.assign(s.rows.neq(), 0);
     ActiveGrid grid;
     for (int I = 0; I < l.A.nrow && comm_rank() == 0; ++I)

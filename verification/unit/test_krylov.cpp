@@ -263,6 +263,42 @@ TEST(Krylov, ExactInMotionWithoutFactors)
   }
 }
 
+// a correction in motion without a factor, in single precision; with stiff springs, which take too many
+// iterations, the incomplete factor follows. The rest is what the solution leaves
+TEST(Krylov, SinglePrecisionWhereInertiaDominates)
+{
+  for (int dim : {2, 3})
+    for (double stiff : {1.0, 1e3}) {
+      Springs k = springs(dim, 0, 50, 40, stiff, 8.0);
+      for (int I = 0; I < k.A.nrow; ++I)             // couplings between directions
+        for (int n = k.A.off[I]; n < k.A.off[I + 1]; ++n)
+          k.A.val[static_cast<size_t>(n) * dim * dim + dim] = 0.3;
+      const RealVec b = right_hand_side(k.A);
+      RealVec x, y, rest(b.size());
+      Solver s = open(SOLVER_AUTO, PRECOND_AUTO);
+      SolveTask a = ask(k.key, 1);
+      a.digits  = 10.0;
+      a.inertia = a.repeats = true;
+      ASSERT_EQ(solve_system(s, k.A, a, b, x), STATUS_OK);
+      EXPECT_EQ(s.path[PATH_SCALED].solves, stiff == 1.0) << dim;
+      EXPECT_EQ(s.path[PATH_CHOLESKY].solves, stiff != 1.0) << dim;
+      EXPECT_LT(residual(k.A, b, x), stiff == 1.0 ? 2e-6 : 1e-9);
+      ASSERT_TRUE(solve_rest(s, rest));
+      sys_multiply(k.A, x, y);
+      double off = 0.0, largest = 0.0;
+      for (size_t i = 0; i < b.size(); ++i) {
+        off     = std::max(off, std::fabs(b[i] - y[i] - rest[i]));
+        largest = std::max(largest, std::fabs(b[i]));
+      }
+      EXPECT_LT(off, 2e-6 * largest);
+      EXPECT_EQ(solve_multiply(s, k.A, 1, x, rest), true);
+      for (size_t i = 0; i < b.size(); ++i) EXPECT_NEAR(rest[i], y[i], 1e-5 * largest);
+      EXPECT_EQ(solve_multiply(s, k.A, 2, x, rest), false);
+      EXPECT_EQ(s.nfactor, 0);
+      solve_close(s);
+    }
+}
+
 // In motion: matrix 4 is indefinite and is factorised; the incomplete factor serves before and
 // behind, and gives their factors back. Before, it rested for 50 solutions and more
 TEST(Krylov, IndefiniteInMotionIsFactorisedOnce)

@@ -562,7 +562,7 @@ TEST(Mass, SingularPair)
       for (int c = 0; c <= r; ++c) s.mass.M[s.pattern.A.off[r] + c] += mass * N[r] * N[c];
   }
   for (int r = n / 2; r < n; ++r) s.mass.M[s.pattern.A.off[r] + r - n / 2] *= 1.0 + 1e-15;
-  for (int r = 0; r < n; ++r) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[r + 1] - 1]);
+  mass_diagonals(s);
   s.bound.fixed.assign(s.rows.neq(), 0);
   RealVec x(s.rows.neq(), 0.0), z(s.rows.neq()), f, y;
   for (double& v : z) v = number(random);
@@ -607,7 +607,7 @@ TEST(Mass, MotionsThatCornersHardlySee)
       for (int d = 0; d < dim; ++d) f[r * dim + d] += mass * N[r] * v[d];
     }
   }
-  for (int r = 0; r < n; ++r) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[r + 1] - 1]);
+  mass_diagonals(s);
   s.bound.fixed.assign(s.rows.neq(), 0);
   s.bound.fixed[7] = 1;
   RealVec x(s.rows.neq(), 0.0), y;
@@ -657,7 +657,7 @@ TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
           s.mass.M[k] += mass * part[a == b ? 0 : a + b == 3 ? 2 : 1];
         }
     }
-    for (int r = 0; r < n; ++r) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[r + 1] - 1]);
+    mass_diagonals(s);
     s.bound.fixed.assign(s.rows.neq(), 0);
     for (int k : {100, 101, 150, 233}) s.bound.fixed[k] = 1;
     RealVec x(s.rows.neq(), 0.0), f(s.rows.neq()), y;

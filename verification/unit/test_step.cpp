@@ -221,7 +221,13 @@ struct Swing {
     const GridVelocity kept = p.newton.grid;
     const long skipped      = timer_phase(PHASE_PROJECT).skipped;
     if (!known) p.newton.grid = GridVelocity();
+    // both begin alike: predictor and tangent are not kept, and the accuracy of solutions is the same
+    p.newton.motion = Motion();
+    p.newton.tangent.keeps = false;
+    const RealVec gain = p.newton.gain, beyond = p.newton.beyond;
     increment();
+    p.newton.gain   = gain;
+    p.newton.beyond = beyond;
     EXPECT_EQ(known ? 1 : 0, timer_phase(PHASE_PROJECT).skipped - skipped);
     p.newton.grid = kept;
     return st.np1.vc;
