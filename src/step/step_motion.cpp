@@ -10,8 +10,8 @@ namespace {
 const float WEIGHT[][Motion::ORDERS] = {{0, 0, 0}, {1, 0, 0}, {2, -1, 0}, {3, -3, 1}};
 
 // The predictor pays if its error is below this part of that of free flight. The first residual is that of
-// the kept tangent while the first correction reduces it to LINEAR_GAIN, or to LINEAR_PART of the forces. Else
-// they rest for WAIT increments: time only  (no test)
+// the kept tangent while the first correction reduces it to LINEAR_GAIN, or to LINEAR_PART of the forces.
+// Else they rest for WAIT increments: time only  (no test)
 const double WORTH = 0.3, LINEAR_GAIN = 1e-3, LINEAR_PART = 1e-4;
 const int WAIT = 20;
 // Round-off of a product in single precision, relative to its terms; the part of the forces that it may be:
