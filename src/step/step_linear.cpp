@@ -205,7 +205,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     return;
   }
   const long number = s.pattern.tangent;
-  const bool stores      = keeps_tangents(p, a) && has_local(p);
+  const bool stores      = !s.rows.split && keeps_tangents(p, a) && has_local(p);   // on ranks memory counts
   const TangentPart part = renews ? TANGENT_LOCAL : stores ? TANGENT_KEPT : TANGENT_ALL;
   assem_tangent(part, p.m, p.d, a.mode, a.cM, a.cC, a.jumps, p.st, s);
   if (same) s.pattern.tangent = number;

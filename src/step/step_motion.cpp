@@ -10,8 +10,8 @@ namespace {
 const float WEIGHT[][Motion::ORDERS] = {{0, 0, 0}, {1, 0, 0}, {2, -1, 0}, {3, -3, 1}};
 
 // The predictor pays if its error is below this part of that of free flight. The first residual is that of
-// the kept tangent while the first correction reduces it to LINEAR_GAIN, or to LINEAR_PART of the forces. Else
-// they rest for WAIT increments: time only  (no test)
+// the kept tangent while the first correction reduces it to LINEAR_GAIN, or to LINEAR_PART of the forces.
+// Else they rest for WAIT increments: time only  (no test)
 const double WORTH = 0.3, LINEAR_GAIN = 1e-3, LINEAR_PART = 1e-4;
 const int WAIT = 20;
 // Round-off of a product in single precision, relative to its terms; the part of the forces that it may be:
@@ -110,8 +110,11 @@ void step_keep_motion(Problem& p, Attempt& a)
   h.dt        = a.dt;
   h.pattern   = s.pattern.number;
   h.made      = p.d.grid.made;
-  h.du.swap(a.du);
-  h.fint.swap(a.fint);
+  if (!s.rows.split) {         // (6.45)
+    h.du.swap(a.du);
+    h.fint.swap(a.fint);
+  }
+  const RealVec& du = s.rows.split ? a.du : h.du;
   if (h.wait > 0) {
     --h.wait;
     h.known = h.order = 0;
@@ -124,7 +127,7 @@ void step_keep_motion(Problem& p, Attempt& a)
   const int known     = h.known;
   each_free(h, s, [&](int i, const float* x) {
     const int r     = i / dim;
-    const float now = static_cast<float>(factor * (h.du[i] - a.dt * a.vgrid[i]));
+    const float now = static_cast<float>(factor * (du[i] - a.dt * a.vgrid[i]));
     if (r < s.rows.nfe) node[s.rows.node_of_row[r] * dim + i % dim] = now;
     else of_grid[i - s.rows.nfe * dim] = now;
     if (!s.rows.counts(i)) return;
