@@ -325,6 +325,15 @@ bool pinched(const Scan& s, int e)
   return false;
 }
 
+// can any element have a fallback?
+bool may_fall_back(const Scan& s)
+{
+  return std::any_of(s.m.fracture.begin(), s.m.fracture.end(), [&](const FractureDef& d) {
+    const bool force = d.estimate == ESTIMATE_FORCE || (d.estimate == ESTIMATE_AUTO && !s.dynamic());
+    return d.fallback > 0.0 || (d.fallback < 0.0 && force);
+  });
+}
+
 // a ligament in space: with cracked elements at opposite faces
 bool is_ligament(const Scan& s, int e)
 {
@@ -884,8 +893,11 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
   if (m.part.on) W_max = comm_allreduce_max(W_max);
   std::vector<Candidate> all, open;
+  // in motion frac_average has found which elements have enough psi+ for a candidate
+  const bool averages = s.dynamic() && !fr.mean.empty() && fr.drive_time == l.time;
   for (int e = 0; e < nelem; ++e) {
-    if (!m.part.works(e) || fm.def[e] < 0 || !s.intact(e)) continue;
+    if (fm.def[e] < 0 || (averages && fm.average[e] > 0.0 && fr.drive[e] == 0.0)) continue;
+    if (!m.part.works(e) || !s.intact(e)) continue;
     if (s.def(e).criterion == CRITERION_COHESIVE) by_cohesion(s, e, open);
     else if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
     else by_griffith(s, e, W_max, all);
@@ -895,7 +907,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   drop_beside(all);
   keep_fronts(all);
   const bool fallback = all.empty();
-  if (fallback) {                                 // ligaments
+  if (fallback && may_fall_back(s)) {             // ligaments
     for (int e = 0; e < nelem; ++e)
       if (m.part.works(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH) {
         const double part = fallback_of(s, e);

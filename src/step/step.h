@@ -68,7 +68,7 @@ struct ContactFound {
 // discards them too (discard_grid)
 struct StableIncrement {
   ContactFound found;
-  double crossing = 0.0;       // wave transit time of the smallest element at rest; 0: unknown
+  double crossing = 0.0;       // wave transit time of the smallest element size; 0: unknown
   // [nnode + ncorner] work space: contact stiffness over mass (1/time^2), and mass
   RealVec push, mass;
   // [(nnode + ncorner)*dim] contact forces at t(n) before the search, not summed over ranks; empty: none
@@ -380,7 +380,8 @@ void step_warn_missed(const Model& m, const Step& s, double start, bool mid);
 // of this rank, out of all ranks
 // ledger_energy : kinetic and stored energy, with what plastic flow and cohesive cracks have dissipated
 // ledger_lost : sum of all energy dissipated or lost, by known cause
-// ledger_balance : energy of bonds, and the imbalance;   ledger_update : both
+// ledger_balance : energy of bonds, and the imbalance;   ledger_update : both; ledger_known: with the strain
+// energies of the elements that were intact when energy was formed with the forces of l
 // ledger_open : at the start of the run, with the round-off level;   ledger_begin_step : of a step
 void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                  State& st, double& work, RealVec* energy);
@@ -398,6 +399,8 @@ void ledger_begin_step(Ledger& g);
 void ledger_leap(const Dofs& dofs, double dt, State& st);
 void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                    State& st, RealVec* energy = nullptr);
+void ledger_known(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
+                  const RealVec& energy, State& st);
 
 // First fracture in an automatic static increment                                                 (7.25)
 struct BreakWatch {

@@ -5,6 +5,7 @@
 
 #include "base/comm.h"
 #include "base/log.h"
+#include "elem/elem_share.h"
 #include "mat/law.h"
 #include "step/step.h"
 
@@ -151,6 +152,9 @@ void change_elements(Problem& p, const Step& s, bool add)
       if (add && p.d.el.initial_block[e] >= 0) elem_forget_strain(p.m, p.d.el, e, s.nlgeom, st.n);
     }
   elem_refresh(p.d.el);
+  if (s.change.empty()) return;
+  elem_share_end(p.d.el);
+  p.stable.crossing = 0.0;
 }
 
 }  // namespace

@@ -123,8 +123,23 @@ void ledger_begin_step(Ledger& g)
   g.step_scale = g.kinetic + g.strain;
 }
 
-void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
-                 State& st, double& work, RealVec* energy)
+namespace {
+
+// strain energy of the elements of this rank; known: of those that were intact            [nelem]
+double element_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, const RealVec& known)
+{
+  double sum = 0.0;
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live) {
+      const int e = b.elem[slot];
+      sum += el.broken(e) < 0 ? known[e] : elem_energy_one(m, el, e, l, l.degr[e], nlgeom);
+    }
+  return sum;
+}
+
+// all but the strain energy of the elements of this rank, which is given
+void sum_others(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, double strain,
+                State& st, double& work)
 {
   Ledger& g = st.ledger;
   g.kinetic = 0.0;
@@ -134,12 +149,19 @@ void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Lev
   const RealVec mom = point_corner_momentum(dofs.mass.corner_mass, m.dim, l.vc);
   if (m.dim == 2) add_points<2>(st.points, mom, l, g);
   else add_points<3>(st.points, mom, l, g);
-  g.strain = elem_energy(m, el, l, nlgeom, energy) +
-             point_energy(m, st.points, l, dofs.rows.owned_point);
+  g.strain = strain + point_energy(m, st.points, l, dofs.rows.owned_point);
   g.plastic = g.cohesive = 0.0;
   elem_dissipated(el, l, g.plastic, g.cohesive);
   point_dissipated(m, st.points, l, dofs.rows.owned_point, g.plastic, g.cohesive);
   sum_ranks(g, work);
+}
+
+}  // namespace
+
+void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
+                 State& st, double& work, RealVec* energy)
+{
+  sum_others(m, el, dofs, l, elem_energy(m, el, l, nlgeom, energy), st, work);
 }
 
 void ledger_balance(int dim, const Level& l, State& st)
@@ -169,6 +191,14 @@ void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const L
 {
   double none = 0.0;
   ledger_sums(m, el, dofs, l, nlgeom, st, none, energy);
+  ledger_balance(m.dim, l, st);
+}
+
+void ledger_known(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
+                  const RealVec& energy, State& st)
+{
+  double none = 0.0;
+  sum_others(m, el, dofs, l, element_energy(m, el, l, nlgeom, energy), st, none);
   ledger_balance(m.dim, l, st);
 }
 

@@ -174,6 +174,7 @@ struct Increment {
   BreakWatch watch;
   HalfWatch half;
   RealVec energy;              // of step_increment
+  bool known = false;          // explicit: energy belongs to t(n), formed for a fracture test
   int crawling = 0;            // increments in a row that are much shorter than dt
   Status limit = STATUS_OK;    // reason of the last cut, and its text
   std::string limit_text;
@@ -275,6 +276,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   inc.shorter = 0.5 * inc.dt;
   Failure failure = step_increment(p, s, s.arc.on ? clock.load : clock.t, inc.dt, inc.energy, &inc.half);
   if (failure.status == HALF_RESIDUAL) inc.shorter = inc.half.shorter;
+  inc.known = false;
   if (!failure.ok()) return failure;
   const int iterations = st.log.iterations;
   note_rate(s, inc.dt, st);
@@ -287,6 +289,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
     return STATUS_OK;
   }
   const double t = s.arc.on ? clock.load : clock.t + inc.dt;
+  inc.known = s.explicit_steps() && !p.m.fracture.empty() && step_tests(p, s, st.n.time);
   failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   if (failure.status == CRITERION_EXCEEDED &&
       !cut_to_break(p.m, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
@@ -462,8 +465,10 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     }
     if (!failure.ok()) return failure;
     accept(s, inc.dt, step_flow_unsymmetric(p.m) ? UNSYMMETRIC_ITERATIONS : 1, inc.half, st);
-    if (s.explicit_steps() && out_reads_ledger(p.m, st))
-      ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+    if (s.explicit_steps() && out_reads_ledger(p.m, st)) {
+      if (inc.known) ledger_known(p.m, p.d.el, p.dofs, st.n, s.nlgeom, inc.energy, st);
+      else ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+    }
     warn_of_state(p, s);
     warn_of_crawl(s, st, inc, p.warned);
     log_gather();

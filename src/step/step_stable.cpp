@@ -5,6 +5,7 @@
 
 #include "base/comm.h"
 #include "base/log.h"
+#include "elem/elem_share.h"
 #include "step/step.h"
 
 namespace {
@@ -242,20 +243,45 @@ void report(const Step& s, const State& st, int label, double taken)
              st.log.step, s.dt, taken, s.safety);
 }
 
-// wave transit time of the smallest element that can break, undeformed, 2 / omega of (6.30); of all elements
-// if none can break. Collective.
-double crossing_time(Problem& p, const Step& s)
+// mean size of the elements around element e, within the ball of the criterion
+double size_around(const FracMesh& fm, int e)
+{
+  double sum = 0.0, count = 0.0;
+  frac_in_ball(fm, &fm.centre[3 * e], FRAC_RADIUS_BALL * fm.local[e], [&](int o, double) {
+    if (fm.size[o] == 0.0) return;
+    sum += fm.size[o];
+    count += 1.0;
+  });
+  return count > 0.0 ? sum / count : fm.local[e];
+}
+
+// wave transit time of the smallest size_around of the elements that can break, of all elements if none can.
+// Collective.
+double crossing_time(const Problem& p)
+{
+  double least[2] = {1e300, 1e300};                     // of elements that can break, of all
+  const FracMesh& fm = p.d.fm;
+  for (const ElemBlock& b : p.d.el.block) {
+    const double c = std::sqrt((b.law.lam3 + 2.0 * b.law.mu) / b.density);
+    for (int slot : fm.on ? b.live : IntVec()) {
+      double& x = least[fm.def[b.elem[slot]] >= 0 ? 0 : 1];
+      x = std::min(x, size_around(fm, b.elem[slot]) / c);
+    }
+  }
+  for (double& x : least) x = -x;
+  comm_max(least, 2);
+  return least[0] > -1e300 ? -least[0] : -least[1];
+}
+
+// data of the elements at rest: interval of fracture tests; masses are shared while no element has gone.
+// Collective.
+void begin_elements(Problem& p, const Step& s)
 {
   int worst;
-  double largest[2] = {0.0, 0.0};                       // of elements that can break, of all
-  elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);    // sets omega2 after a restart
-  for (const ElemBlock& b : p.d.el.block)
-    for (size_t slot = 0; slot < b.elem.size(); ++slot)
-      for (int k = p.d.fm.on && p.d.fm.def[b.elem[slot]] >= 0 ? 0 : 1; k < 2; ++k)
-        largest[k] = std::max(largest[k], b.omega2[b.kind[slot]]);
-  comm_max(largest, 2);
-  const double omega2 = largest[0] > 0.0 ? largest[0] : largest[1];
-  return omega2 > 0.0 ? 2.0 / std::sqrt(omega2) : 0.0;
+  p.stable.crossing = crossing_time(p);
+  if (p.st.frac.nconverted > 0) return;
+  elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);            // frequencies with the own masses
+  elem_share(p.m, p.d.el);
 }
 
 // the largest stable increment of points. Collective.
@@ -304,10 +330,12 @@ Failure step_stable(Problem& p, const Step& s)
   State& st    = p.st;
   StepClock& c = st.clock;
   const bool begins = c.system == 0.0;
+  const bool lost   = st.frac.nconverted > 0 && c.broke == 0;          // elements, for the first time
   int label = -1;
-  const bool looks = begins || st.log.inc % CHECK_EVERY == 0;
+  const bool looks = begins || lost || st.log.inc % CHECK_EVERY == 0;
+  if (p.stable.crossing == 0.0) begin_elements(p, s);
+  if (lost) elem_share_end(p.d.el);
   if (looks) c.stable = stable_of_elements(p, s, label);
-  if (p.stable.crossing == 0.0) p.stable.crossing = crossing_time(p, s);
   if ((looks || c.broke != changes(st)) && st.points.npoint_all() > 0) {
     const double points = stable_of_points(p);
     if (points < c.stable) label = -1;

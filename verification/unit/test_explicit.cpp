@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include <Eigen/Dense>
 #include <gtest/gtest.h>
 
 #include "deck/deck.h"
+#include "elem/elem_share.h"
 #include "step/step.h"
 
 namespace {
@@ -61,6 +63,55 @@ TEST(Explicit, StableIncrementOfElementsAtRest)
   const double flat = Scene(block("CPE4", "0,0,1,0.25", "2,1")).elements();
   EXPECT_LE(flat, 0.25 / speed() * (1.0 + 1e-12));
   EXPECT_GE(flat, 0.2 / speed());
+}
+
+// 2/omega of a scalar field in the whole mesh, with the stiffness of a pressure wave and lumped masses
+double stable_of_mesh(const Scene& s)
+{
+  const int nnode   = s.m.mesh.nnode();
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(nnode, nnode);
+  Eigen::VectorXd mass = Eigen::VectorXd::Zero(nnode);
+  for (const ElemBlock& b : s.p.d.el.block)
+    for (size_t slot = 0; slot < b.elem.size(); ++slot) {
+      const int *node = s.m.mesh.conn.begin(b.elem[slot]), nen = shape_info[b.shape].nen;
+      const double* me = &b.me[static_cast<size_t>(b.kind[slot]) * pair_count(nen)];
+      for (int a = 0, k = 0; a < nen; ++a)
+        for (int c = 0; c <= a; ++c, ++k) {
+          mass[node[a]] += me[k];
+          if (c < a) mass[node[c]] += me[k];
+        }
+      for (int g = 0; g < shape_info[b.shape].ngp; ++g)
+        for (int a = 0; a < nen; ++a)
+          for (int c = 0; c < nen; ++c)
+            for (int i = 0; i < 2; ++i)
+              K(node[a], node[c]) += b.w[b.gauss(slot) + g] * (b.law.lam + 2.0 * b.law.mu) *
+                                     b.dNdX[((b.gauss(slot) + g) * nen + a) * 2 + i] *
+                                     b.dNdX[((b.gauss(slot) + g) * nen + c) * 2 + i];
+    }
+  const Eigen::MatrixXd M = mass.asDiagonal();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(K, M, Eigen::EigenvaluesOnly);
+  return 2.0 / std::sqrt(eigen.eigenvalues()(nnode - 1));
+}
+
+// (6.44): elements that share the masses of their nodes: a bound of the mesh, nearer than that of the worst
+// element; equal elements keep theirs
+TEST(Explicit, SharedMassesBoundTheMesh)
+{
+  for (const char* type : {"CPE4", "CPE3"}) {
+    Scene s(block(type, "0,0,1,0.5",
+                  "8,4\n\"x + 0.03*sin(40*x + 17*y)\", \"y + 0.03*cos(13*x + 50*y)\""));
+    const double own = s.elements(), mesh = stable_of_mesh(s);
+    elem_share(s.m, s.p.d.el);
+    const double shared = s.elements();
+    EXPECT_GT(shared, own + 0.5 * (mesh - own));
+    EXPECT_LE(shared, mesh * (1.0 + 1e-12));
+    elem_share_end(s.p.d.el);
+    EXPECT_EQ(own, s.elements());
+  }
+  Scene equal(block("CPE4", "0,0,1,0.5", "4,2"));
+  const double own = equal.elements();
+  elem_share(equal.m, equal.p.d.el);
+  EXPECT_EQ(own, equal.elements());
 }
 
 // (6.31): a bar that is stretched by 20 % along x
