@@ -124,7 +124,7 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
       for (int i = 0; i < m.dim; ++i)
         for (int j = 0; j < m.dim; ++j) S0[(g * m.dim + i) * m.dim + j] = six[six_at[i][j]];
     }
-    elem_uncracked(el, l0, l1, e);
+    copy_history(el, l0, l1, e);
     return eas_form_start(b.shape)(b, slot, mode, u0, u1, S0, re, ke);
   }
   if (intact && !b.general) return form(b, slot, mode, u0, u1, re, ke);
