@@ -37,7 +37,7 @@ struct ElemBlock {
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
   // cohesive cracks
   bool opens() const { return law.kind == LAW_COHESIVE || law.kind == LAW_COHESIVE_FLOW; }
-  // enhanced strains with an initial stress (2.45)
+  // enhanced strains with an initial stress (2.46)
   bool enhanced_start() const { return elem_table[type].enhanced && law.initial >= 0; }
   // uncracked elements use the short form
   bool short_form() const { return !general || (law.kind == LAW_COHESIVE && law.initial < 0); }
@@ -137,7 +137,7 @@ using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const Kerne
 ElemFormPack elem_form_pack(const ElemBlock& b);   // null: the type has none
 ElemForm eas_form(Shape s);
 
-// eas_form_start : eas_form with the initial stresses S0 of the Gauss points [ngp][dim*dim]          (2.45)
+// eas_form_start : eas_form with the initial stresses S0 of the Gauss points [ngp][dim*dim]          (2.46)
 using ElemFormStart = Status (*)(const ElemBlock& b, size_t slot, const KernelMode& mode, const double* u0,
                                  const double* u1, const double* S0, double* re, double* ke);
 ElemFormStart eas_form_start(Shape s);

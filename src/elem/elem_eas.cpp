@@ -137,7 +137,7 @@ void condense(const double* inv, double cD, const double* L, double* ke)
         }
 }
 
-//   in   S0   initial stresses [NGP][D*D], which work on the compatible strain alone; null: none   (2.45)
+//   in   S0   initial stresses [NGP][D*D], which work on the compatible strain alone; null: none   (2.46)
 template <int D, int N, int NGP>
 Status form_start(const ElemBlock& b, size_t slot, const KernelMode& mode, const double* u0, const double* u1,
                   const double* S0, double* re, double* ke)

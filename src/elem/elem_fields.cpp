@@ -86,7 +86,7 @@ double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u
   return sum;
 }
 
-// strain energy of an intact enhanced element with initial stress: S0 works on the compatible strain   (2.45)
+// strain energy of an intact enhanced element with initial stress: S0 works on the compatible strain   (2.46)
 template <int D>
 double start_energy(const Model& m, const Elements& el, int e, const Level& l, bool nlgeom)
 {

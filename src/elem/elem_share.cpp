@@ -92,7 +92,7 @@ bool unequal(const Elements& el)
 // ---------------------------------------------------------------------------
 // elem_share : any division of the nodal masses among the elements gives a bound of the largest frequency; an
 // element that is stiff for its mass takes more of that of its nodes
-//   theory      doc/theory.md (6.44)
+//   theory      doc/theory.md (6.46)
 // ---------------------------------------------------------------------------
 void elem_share(const Model& m, Elements& el)
 {

@@ -93,7 +93,7 @@ double stable_of_mesh(const Scene& s)
   return 2.0 / std::sqrt(eigen.eigenvalues()(nnode - 1));
 }
 
-// (6.44): elements that share the masses of their nodes: a bound of the mesh, nearer than that of the worst
+// (6.46): elements that share the masses of their nodes: a bound of the mesh, nearer than that of the worst
 // element; equal elements keep theirs
 TEST(Explicit, SharedMassesBoundTheMesh)
 {

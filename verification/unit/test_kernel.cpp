@@ -251,7 +251,7 @@ TEST(Kernel, TangentAgainstDifferences) { expect_tangents(0.0); }
 TEST(Kernel, ViscousTangentAgainstDifferences) { expect_tangents(3.0); }
 
 // patch test of the enhanced types: a linear field gives the force of the plain element
-// (2.45): the tangent of elements with enhanced strains and an initial stress, against differences; without
+// (2.46): the tangent of elements with enhanced strains and an initial stress, against differences; without
 // displacement the force is that of the initial stress alone, as without enhanced strains
 TEST(Kernel, EnhancedStrainsWithInitialStress)
 {
