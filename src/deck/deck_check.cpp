@@ -558,7 +558,9 @@ void check_reshape(Deck& d, const Model& m, const Body& b)
   if (!law_flows(a.law))
     refuse_it("material " + a.name + " does not flow; its strain is lost with the shape; write *PLASTIC or "
               "*DRUCKER PRAGER, or leave RESHAPE out");
-  if (a.prestressed) refuse_it("not with *INITIAL CONDITIONS, TYPE=STRESS");
+  if (std::any_of(m.initial_stress.begin(), m.initial_stress.end(),
+                  [&](const InitialStress& s) { return s.body == i; }))
+    refuse_it("not with *INITIAL CONDITIONS, TYPE=STRESS");
   if (model_general_contact(m) >= 0 ||
       std::any_of(m.surface.begin(), m.surface.end(), [&](const Surface& s) { return s.body == i; }))
     refuse_it("reshaped domains leave gaps, so the body has no surface for *CONTACT, *BOND or loads");

@@ -175,6 +175,7 @@ struct Increment {
   HalfWatch half;
   RealVec energy;              // of step_increment
   bool known = false;          // explicit: energy belongs to t(n), formed for a fracture test
+  bool reshaped = false;       // new shapes of points, after t(n+1) had become t(n), have failed: no way back
   int crawling = 0;            // increments in a row that are much shorter than dt
   Status limit = STATUS_OK;    // reason of the last cut, and its text
   std::string limit_text;
@@ -193,7 +194,7 @@ void discard_attempt(Problem& p, Increment& inc, Output& out)
 // the deck requests such files. Returns a text on how to continue
 std::string keep_good_state(Problem& p, Increment& inc, Output& out)
 {
-  if (inc.undoes && !step_can_undo(p.st, inc.undo)) return "";
+  if (inc.reshaped || (inc.undoes && !step_can_undo(p.st, inc.undo))) return "";
   discard_attempt(p, inc, out);
   p.st.clock = inc.clock;
   if (!p.m.output.restart.write || p.st.log.inc_total == 0) return "";
@@ -268,6 +269,13 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   return failure;
 }
 
+Failure reshape(Problem& p, const Step& s, double t_step, Increment& inc)
+{
+  const Failure failure = step_reshape(p, s, t_step);
+  inc.reshaped = !failure.ok();
+  return failure;
+}
+
 // one attempt over inc.dt; if it converges, its end becomes t(n), and elements break
 Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
 {
@@ -286,7 +294,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   p.ready   = false;
   if (!p.d.fm.on) {
     timer_skip(PHASE_FRACTURE);
-    return step_reshape(p, s, clock.t + inc.dt);
+    return reshape(p, s, clock.t + inc.dt, inc);
   }
   const double t = s.arc.on ? clock.load : clock.t + inc.dt;
   inc.known = s.explicit_steps() && frac_uses_energy(p.m) && step_tests(p, s, st.n.time);
@@ -297,13 +305,13 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
     failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   }
   st.log.iterations = iterations;
-  return failure.ok() ? step_reshape(p, s, t) : failure;
+  return failure.ok() ? reshape(p, s, t, inc) : failure;
 }
 
 // restores t(n) after a failed attempt, with the ledger of before. True: a shorter attempt follows
 bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failure& failure, Output& out)
 {
-  if (!cut_helps(failure.status)) return false;
+  if (inc.reshaped || !cut_helps(failure.status)) return false;
   State& st = p.st;
   failure.note = step_explain(p, failure);           // explains the state before it is undone
   const StepClock clock = st.clock;
