@@ -77,14 +77,19 @@ void sum_nodes(const Model& m, RealVec& x)
   if (m.part.on) halo_sum(m.part.halo, 1, x);
 }
 
+// have the elements of all ranks many kinds? Collective
 bool unequal(const Elements& el)
 {
-  size_t kinds = 0, elements = 0;
+  double count[2] = {0.0, 0.0};                        // kinds, elements
   for (const ElemBlock& b : el.block) {
-    kinds += b.omega2.size();
-    elements += b.live.size();
+    IntVec kind;
+    for (int slot : b.live) kind.push_back(b.kind[slot]);
+    std::sort(kind.begin(), kind.end());
+    count[0] += static_cast<double>(std::unique(kind.begin(), kind.end()) - kind.begin());
+    count[1] += static_cast<double>(kind.size());
   }
-  return elements > 0 && kinds * EQUAL > elements;
+  comm_sum(count, 2);
+  return count[1] > 0.0 && count[0] * EQUAL > count[1];
 }
 
 }  // namespace
@@ -96,7 +101,7 @@ bool unequal(const Elements& el)
 // ---------------------------------------------------------------------------
 void elem_share(const Model& m, Elements& el)
 {
-  if (comm_allreduce_max(static_cast<int>(unequal(el))) == 0) return;
+  if (!unequal(el)) return;
   RealVec node_mass(m.mesh.nnode(), 0.0), weight;
   std::vector<RealVec> shared(el.block.size());        // [kind] the largest of its elements
   double largest[2] = {0.0, 0.0};                      // with the own masses, and with the shared ones

@@ -93,6 +93,8 @@ void step_predict(Problem& p, Attempt& a)
     a.du[i] += du;
     if (s.rows.counts(i)) energy += s.mass.M_diag[i / s.rows.dim] * du * du;
   });
+  // a row that is new on a rank has no earlier values there: all take those of its owner
+  if (s.rows.split) halo_copy(s.rows.halo, s.rows.dim, a.du);
   a.predicted = a.cM * dof_total(s, energy);
 }
 

@@ -435,7 +435,7 @@ Failure step_newton(Problem& p, Attempt& a)
   Descent descent;
   double least = 1e300;        // norm of R so far
   int stale    = 0;            // iterations since least
-  RealVec trial, pending(dof_all_free(s) ? 0 : s.rows.neq());
+  RealVec trial, pending(dof_all_free(s) && !a.newton.slips ? 0 : s.rows.neq());
   const Borrowed borrowed(p.newton.spare, {&b.R, &b.inertia, &b.Mdu, &l.f, &l.dx, &trial});
   trial.resize(s.rows.neq());
   a.mode.crack = a.arc.on ? CRACK_ONWARD : CRACK_TANGENT;

@@ -175,7 +175,7 @@ struct Increment {
   HalfWatch half;
   RealVec energy;              // of step_increment
   bool known = false;          // explicit: energy belongs to t(n), formed for a fracture test
-  bool reshaped = false;       // new shapes of points, after t(n+1) had become t(n), have failed: no way back
+  bool spoilt = false;         // t(n) has new shapes of points, or other elements, that failed: no way back
   int crawling = 0;            // increments in a row that are much shorter than dt
   Status limit = STATUS_OK;    // reason of the last cut, and its text
   std::string limit_text;
@@ -194,7 +194,7 @@ void discard_attempt(Problem& p, Increment& inc, Output& out)
 // the deck requests such files. Returns a text on how to continue
 std::string keep_good_state(Problem& p, Increment& inc, Output& out)
 {
-  if (inc.reshaped || (inc.undoes && !step_can_undo(p.st, inc.undo))) return "";
+  if (inc.spoilt || (inc.undoes && !step_can_undo(p.st, inc.undo))) return "";
   discard_attempt(p, inc, out);
   p.st.clock = inc.clock;
   if (!p.m.output.restart.write || p.st.log.inc_total == 0) return "";
@@ -272,7 +272,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
 Failure reshape(Problem& p, const Step& s, double t_step, Increment& inc)
 {
   const Failure failure = step_reshape(p, s, t_step);
-  inc.reshaped = !failure.ok();
+  inc.spoilt = !failure.ok();
   return failure;
 }
 
@@ -311,7 +311,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
 // restores t(n) after a failed attempt, with the ledger of before. True: a shorter attempt follows
 bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failure& failure, Output& out)
 {
-  if (inc.reshaped || !cut_helps(failure.status)) return false;
+  if (inc.spoilt || !cut_helps(failure.status)) return false;
   State& st = p.st;
   failure.note = step_explain(p, failure);           // explains the state before it is undone
   const StepClock clock = st.clock;
@@ -651,13 +651,17 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
   for (size_t k = first; k < p.m.step.size() && failure.ok(); ++k) {
     p.st.log.step = static_cast<int>(k) + 1;
     if (from == RUN_BEGIN || from == RUN_FILE || k > first) out_step_begin(p.m, static_cast<int>(k), out);
+    Increment inc;
     if (from == RUN_BEGIN || k > first) {
       begin_step(p.m.step[k], p.st);
-      failure = step_change(p, static_cast<int>(k));
+      inc.before  = p.st.log;
+      inc.clock   = p.st.clock;
+      inc.ledger  = p.st.ledger;
+      failure     = step_change(p, static_cast<int>(k));
+      inc.spoilt  = !failure.ok();
       begin_supports(p, static_cast<int>(k));
       step_warn_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
     }
-    Increment inc;
     if (failure.ok()) failure = run_step(p, p.m.step[k], inc, out);
     if (p.again) return EXIT_GOOD;
     if (!failure.ok()) report_failure(p, failure, inc, out);

@@ -255,17 +255,18 @@ double size_around(const FracMesh& fm, int e)
   return count > 0.0 ? sum / count : fm.local[e];
 }
 
-// wave transit time of the smallest size_around of the elements that can break, of all elements if none can.
-// Collective.
+// wave transit time of the smallest size_around of the elements that can break, of all elements if none can;
+// converted ones count, so that it stays in a restart. Collective.
 double crossing_time(const Problem& p)
 {
   double least[2] = {1e300, 1e300};                     // of elements that can break, of all
   const FracMesh& fm = p.d.fm;
   for (const ElemBlock& b : p.d.el.block) {
     const double c = std::sqrt((b.law.lam3 + 2.0 * b.law.mu) / b.density);
-    for (int slot : fm.on ? b.live : IntVec()) {
-      double& x = least[fm.def[b.elem[slot]] >= 0 ? 0 : 1];
-      x = std::min(x, size_around(fm, b.elem[slot]) / c);
+    for (int e : fm.on ? b.elem : IntVec()) {
+      if (!p.m.part.works(e) || p.st.frac.phase[e] == AS_NOTHING) continue;
+      double& x = least[fm.def[e] >= 0 ? 0 : 1];
+      x = std::min(x, size_around(fm, e) / c);
     }
   }
   for (double& x : least) x = -x;
