@@ -222,11 +222,6 @@ void inherit_loads(Deck& d, Model& m)
     for (Load& l : s.load) give_surface(m, l);
 }
 
-bool same_value(const Prescribed& a, const Prescribed& b)
-{
-  return expr_same(a.value, b.value) && a.amplitude == b.amplitude && a.velocity == b.velocity;
-}
-
 // of several lines for a node and direction the last one is used; two values in one step give a warning
 void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::size_t first_new)
 {
@@ -240,7 +235,7 @@ void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::
       if (l < 0) {
         l = static_cast<int>(k);
         node.push_back(n);
-      } else if (other < 0 && k >= first_new && l != static_cast<int>(k) && !same_value(b, list[l])) {
+      } else if (other < 0 && k >= first_new && l != static_cast<int>(k) && !deck_same_value(b, list[l])) {
         other = l;
         at    = n;
       }
@@ -284,6 +279,16 @@ void inherit_supports(Deck& d, Model& m)
 }
 
 }  // namespace
+
+bool deck_same_value(const Prescribed& a, const Prescribed& b)
+{
+  return expr_same(a.value, b.value) && a.amplitude == b.amplitude && a.velocity == b.velocity;
+}
+
+bool deck_same_value(const InitialValue& a, const InitialValue& b)
+{
+  return expr_same(a.value, b.value) && a.displacement == b.displacement;
+}
 
 void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, const Field& at, Load load)
 {

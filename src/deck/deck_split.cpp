@@ -362,14 +362,6 @@ void extend(const Model& m, const SplitMesh& s, IntVec& node)
     if (std::all_of(c.around.begin(), c.around.end(), [&](int n) { return in[n]; })) node.push_back(c.node);
 }
 
-bool same_value(const Prescribed& a, const Prescribed& b)
-{
-  return expr_same(a.value, b.value) && a.amplitude == b.amplitude && a.velocity == b.velocity;
-}
-bool same_value(const InitialValue& a, const InitialValue& b)
-{
-  return expr_same(a.value, b.value) && a.displacement == b.displacement;
-}
 bool has_direction(const Prescribed& b, int i) { return b.first <= i && i <= b.last; }
 bool has_direction(const InitialValue& v, int i) { return v.dof == i; }
 
@@ -390,7 +382,7 @@ void extend_values(Deck& d, const Model& m, const SplitMesh& s, const char* keyw
           !std::all_of(c.around.begin(), c.around.end(), [&](int n) { return of[n] >= 0; }))
         continue;
       const bool same = std::all_of(c.around.begin(), c.around.end(),
-                                    [&](int n) { return same_value(list[of[n]], list[first]); });
+                                    [&](int n) { return deck_same_value(list[of[n]], list[first]); });
       d.word = keyword;
       if (!same)
         return deck_error(d, deck_field(d, list[first].deck_line, ""),

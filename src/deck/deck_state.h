@@ -300,6 +300,9 @@ int coupling_turn_of(Deck& d, Model& m, int node);         // rotation node of a
 void coupling_resolve(Deck& d, Model& m);
 
 // ---- loads from step to step (deck_inherit.cpp) ------------------------------
+// deck_same_value : do both prescribe the same value, at any nodes and directions?
+bool deck_same_value(const Prescribed& a, const Prescribed& b);
+bool deck_same_value(const InitialValue& a, const InitialValue& b);
 // deck_load : adds a load to the open step; deck_inherit : adds the loads and supports of earlier steps
 void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, const Field& at, Load load);
 void deck_inherit(Deck& d, Model& m);

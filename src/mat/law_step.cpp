@@ -11,9 +11,9 @@ namespace {
 
 // for E33 in plane stress; quadratic from a good start: 3 to 6; bisections: up to 60  (no test)
 const int MAX_ITERATIONS = 120;
-const double ROUND       = 1e-15;    // relative to 1 + E33: bounds closer than this are equal  (no test)
+const double ROUND_OF_E33 = 1e-15;    // relative to 1 + E33: bounds closer than this are equal  (no test)
 const double JUMP        = 1e-9;     // relative to the stress  (no test)
-const double SOFT        = 1e-3;     // relative to mu: least stiffness across the sheet  (no test)
+const double SOFT_SHEET   = 1e-3;     // relative to mu: least stiffness across the sheet  (no test)
 // (dE/E)^2: below, the mean stress is exact to round-off (2.14), except with plastic flow  (no test)
 const double SAME_STRAIN = 1e-14;
 // relative to the largest component: accuracy of an initial stress (2.44)
@@ -46,7 +46,7 @@ struct Thickness {
     if (finite && S33 > 0.0) return E33 + 0.5 * (-0.5 - E33);
     return E33 + (S33 > 0.0 ? -1.0 : 1.0) * (1e-4 + std::fabs(E33));
   }
-  bool closed() const { return std::isfinite(lo) && hi - lo <= ROUND * (1.0 + std::fabs(lo)); }
+  bool closed() const { return std::isfinite(lo) && hi - lo <= ROUND_OF_E33 * (1.0 + std::fabs(lo)); }
 };
 
 // viscous stress eta D (E1 - E0), D of small strains, and its tangent unless C is null   (2.19)
@@ -162,7 +162,7 @@ bool update_total(const MatLaw& law, bool finite, double* E, const double* h_n, 
     if (t.closed() && std::fabs(out.S[2]) > JUMP * size) return false;
     if (found || t.closed()) {
       out.S[2] = 0.0;
-      out.D[14] = std::max(out.D[14], SOFT * law.mu);
+      out.D[14] = std::max(out.D[14], SOFT_SHEET * law.mu);
       if (tangent) condense(out.D);
       return true;
     }
