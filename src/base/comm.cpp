@@ -20,8 +20,8 @@ int rank = 0, nranks = 1;
 int started = 1;               // ranks of the launcher, of which nranks work and the others wait
 MPI_Comm world = MPI_COMM_NULL;      // the working ranks
 
-// if ranks need no network, MPI need not probe the devices of the bus: saves 0.02 s of each start. Nor graphics:
-// that part connects to an X server, and ends the run when that server ends
+// if ranks need no network, MPI need not probe the devices of the bus: saves 0.02 s of each start. Nor
+// graphics: that part connects to an X server, and ends the run when that server ends
 const char* const NO_DEVICES = "-linux:pci,-pci,-gl,-opencl";
 
 // numbers of all ranks together; below, every rank receives all and sums them itself: fewer messages. Both
