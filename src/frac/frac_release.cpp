@@ -3,10 +3,9 @@
 #include <map>
 #include <numeric>
 
-#include <Eigen/Dense>
-
 #include "base/comm.h"
 #include "frac/frac.h"
+#include "point/point_body.h"
 
 namespace {
 
@@ -17,17 +16,6 @@ const double RESHAPE = 1.5;
 // minimum scale when fitted between others  (test: contact/g4_box)
 const double MIN_SIZE = 0.5;
 
-// F of a point; 33 is 1 in the plane                                                          (3.5)
-Eigen::Matrix3d gradient(const Points& pts, int dim, const RealVec& uc, int p)
-{
-  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  const double* G = pts.G(p);
-  for (int a = 0; a < pts.conn.count(p); ++a)
-    for (int i = 0; i < dim; ++i)
-      for (int j = 0; j < dim; ++j) F(i, j) += uc[pts.conn.begin(p)[a] * dim + i] * G[a * dim + j];
-  return F;
-}
-
 Eigen::Matrix3d rotation(const Eigen::Matrix3d& F)
 {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -37,59 +25,18 @@ Eigen::Matrix3d rotation(const Eigen::Matrix3d& F)
   return U * svd.matrixV().transpose();
 }
 
-// One domain as a rigid body: positions and velocities of its corners, pairs of its consistent mass
-struct RigidFragment {
-  int n = 0;
-  Eigen::Vector3d X[8], x[8], v[8];
-  double m[8][8], mc[8], mass = 0.0;
-};
-
-// mass-weighted mean
-Eigen::Vector3d mean(const RigidFragment& g, const Eigen::Vector3d* value)
+// spin that conserves the angular momentum of the domain with corners at r from the centre; reduced if it
+// needs more energy than the previous motion about the centre
+Eigen::Vector3d spin(const DomainBody& g, int dim, const Eigen::Vector3d* r)
 {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int a = 0; a < g.n; ++a) sum += g.mc[a] * value[a];
-  return sum / g.mass;
-}
-
-void read_fragment(const Points& pts, int dim, const Level& l, int p, RigidFragment& g)
-{
-  const double* pairs = pts.mc(p);
-  g = RigidFragment();
-  g.n = pts.conn.count(p);
+  const Eigen::Vector3d x = body_mean(g, g.x), v = body_mean(g, g.v);
+  Eigen::Vector3d r0[8], w0[8];
   for (int a = 0; a < g.n; ++a) {
-    const int c = pts.conn.begin(p)[a];
-    g.X[a] = g.x[a] = g.v[a] = Eigen::Vector3d::Zero();
-    g.mc[a] = 0.0;
-    for (int i = 0; i < dim; ++i) {
-      g.X[a][i] = pts.Xc[c * dim + i];
-      g.x[a][i] = g.X[a][i] + l.uc[c * dim + i];
-      g.v[a][i] = l.vc[c * dim + i];
-    }
-    for (int b = 0; b <= a; ++b) g.m[a][b] = g.m[b][a] = *pairs++;
+    r0[a] = g.x[a] - x;
+    w0[a] = g.v[a] - v;
   }
-  for (int a = 0; a < g.n; ++a)
-    for (int b = 0; b < g.n; ++b) g.mc[a] += g.m[a][b];
-  for (int a = 0; a < g.n; ++a) g.mass += g.mc[a];
-}
-
-// spin that conserves the angular momentum of the domain with corners at r from the centre, in 2D about axis
-// 3; reduced if it needs more energy than the previous motion about the centre
-Eigen::Vector3d spin(const RigidFragment& g, int dim, const Eigen::Vector3d* r)
-{
-  const Eigen::Vector3d x = mean(g, g.x), v = mean(g, g.v);
-  Eigen::Vector3d L = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d I = Eigen::Matrix3d::Zero();
-  double had = 0.0;            // previous energy of the motion about the centre
-  for (int a = 0; a < g.n; ++a)
-    for (int b = 0; b < g.n; ++b) {
-      L += g.m[a][b] * (g.x[a] - x).cross(g.v[b] - v);
-      had += 0.5 * g.m[a][b] * (g.v[a] - v).dot(g.v[b] - v);
-      I += g.m[a][b] * (r[a].dot(r[b]) * Eigen::Matrix3d::Identity() - r[a] * r[b].transpose());
-    }
-  const Eigen::Vector3d omega = dim == 2 ? Eigen::Vector3d(0.0, 0.0, L[2] / I(2, 2))
-                                         : Eigen::Vector3d(I.ldlt().solve(L));
-  const double needs = 0.5 * omega.dot(L);
+  const Eigen::Vector3d L = body_momentum(g, r0, w0), omega = body_spin(g, dim, r, L);
+  const double had = body_energy(g, w0), needs = 0.5 * omega.dot(L);
   return needs > had ? Eigen::Vector3d(std::sqrt(had / needs) * omega) : omega;
 }
 
@@ -111,10 +58,9 @@ void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Ei
   IntVec number;
   map.clear();
   for (int p : fresh) {
-    RigidFragment g;
-    read_fragment(pts, m.dim, st.n, p, g);
-    const Eigen::Matrix3d F = gradient(pts, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
-    const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x);
+    const DomainBody g = point_body(pts, m.dim, st.n, p);
+    const Eigen::Matrix3d F = point_gradient(pts, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
+    const Eigen::Vector3d X = body_mean(g, g.X), x = body_mean(g, g.x);
     ReleasedShape shape;
     shape.number = pts.point_number(p);
     shape.shape  = static_cast<Shape>(pts.shape[p]);
@@ -140,9 +86,9 @@ void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Ei
 
 // maps the undeformed shape of a point, about its centre, by A. The volume that carries stress is reduced, so
 // that no frequency increases: compressed debris does not limit the explicit increment               (7.34)
-void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragment& g)
+void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, DomainBody& g)
 {
-  const Eigen::Vector3d X = mean(g, g.X);
+  const Eigen::Vector3d X = body_mean(g, g.X);
   const Eigen::Matrix3d B = A.inverse().transpose();
   const double least = Eigen::JacobiSVD<Eigen::Matrix3d>(A).singularValues()[2];
   pts.V0[p] *= std::min(1.0, least * least);
@@ -164,11 +110,10 @@ void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragmen
 // null: unchanged
 void restore(int dim, int p, const Eigen::Matrix3d* map, Points& pts, Level& l)
 {
-  RigidFragment g;
-  read_fragment(pts, dim, l, p, g);
-  const Eigen::Matrix3d R = rotation(gradient(pts, dim, l.uc, p));
+  DomainBody g = point_body(pts, dim, l, p);
+  const Eigen::Matrix3d R = rotation(point_gradient(pts, dim, l.uc, p));
   if (map) reshape(*map, dim, p, pts, g);
-  const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x), v = mean(g, g.v);
+  const Eigen::Vector3d X = body_mean(g, g.X), x = body_mean(g, g.x), v = body_mean(g, g.v);
   Eigen::Vector3d r[8];
   for (int a = 0; a < g.n; ++a) r[a] = R * (g.X[a] - X);
   const Eigen::Vector3d omega = spin(g, dim, r);
@@ -208,7 +153,7 @@ bool must_release(const Model& m, const FracMesh& fm, const Points& pts, const R
   const double release = m.conversion[fm.conv[pts.parent[p]]].release,
                limit   = pts.released[p] ? std::max(release, RESHAPE) : release;
   if (release == 0.0) return false;
-  const Eigen::Matrix3d F = gradient(pts, m.dim, uc, p);
+  const Eigen::Matrix3d F = point_gradient(pts, m.dim, uc, p);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C(F.transpose() * F, Eigen::EigenvaluesOnly);
   return C.eigenvalues()[2] > limit * limit || F.determinant() < 1.0 / limit;
 }

@@ -4,26 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Dense>
-
 #include "mat/voigt.h"
-#include "point/point.h"
+#include "point/point_body.h"
 
 namespace {
 
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
-
-Mat3 gradient(const Points& pts, int dim, const RealVec& uc, int p)
-{
-  Mat3 F = Mat3::Identity();
-  const double* G = pts.G(p);
-  for (int a = 0; a < pts.conn.count(p); ++a)
-    for (int i = 0; i < dim; ++i)
-      for (int j = 0; j < dim; ++j)
-        F(i, j) += uc[static_cast<size_t>(pts.conn.begin(p)[a]) * dim + i] * G[a * dim + j];
-  return F;
-}
 
 bool too_stretched(const Mat3& F, double limit)
 {
@@ -42,7 +29,7 @@ void part_group(int dim, int p, Points& pts, const RealVec& uc, int field, size_
   int q = p;
   do {
     group.push_back(q);
-    theta.push_back(std::log(std::max(gradient(pts, dim, uc, q).determinant(), 1e-300)));
+    theta.push_back(std::log(std::max(point_gradient(pts, dim, uc, q).determinant(), 1e-300)));
     sum += pts.V0[q] * theta.back();
     volume += pts.V0[q];
     q = pts.next[q];
@@ -64,52 +51,6 @@ void keep_elastic(const Mat3& before, const Vec3& U, double* flow)
   const Mat3 be = F * (Cp + Mat3::Identity()) * F.transpose() - Mat3::Identity();
   const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
   for (int i = 0; i < 6; ++i) flow[i] = be(row[i], col[i]);
-}
-
-// One domain: corners and velocities about its centre
-struct Moving {
-  int n = 0;
-  Vec3 x, v, r[8], w[8];       // centre and its velocity; relative positions and velocities of the corners
-};
-
-// masses of the corners m_ab from the pairs of a domain
-double pair_mass(const double* mc, int a, int b)
-{
-  return a >= b ? mc[a * (a + 1) / 2 + b] : mc[b * (b + 1) / 2 + a];
-}
-
-Vec3 spin_of(const Moving& g, const double* mc)
-{
-  Vec3 sum = Vec3::Zero();
-  for (int a = 0; a < g.n; ++a)
-    for (int b = 0; b < g.n; ++b) sum += pair_mass(mc, a, b) * g.r[a].cross(g.w[b]);
-  return sum;
-}
-
-double energy_of(const Moving& g, const double* mc)
-{
-  double sum = 0.0;
-  for (int a = 0; a < g.n; ++a)
-    for (int b = 0; b < g.n; ++b) sum += 0.5 * pair_mass(mc, a, b) * g.w[a].dot(g.w[b]);
-  return sum;
-}
-
-void centre(const double* mc, Moving& g)
-{
-  double mass = 0.0;
-  g.x = g.v = Vec3::Zero();
-  for (int a = 0; a < g.n; ++a)
-    for (int b = 0; b < g.n; ++b) {
-      mass += pair_mass(mc, a, b);
-      g.x += pair_mass(mc, a, b) * g.r[a];
-      g.v += pair_mass(mc, a, b) * g.w[a];
-    }
-  g.x /= mass;
-  g.v /= mass;
-  for (int a = 0; a < g.n; ++a) {
-    g.r[a] -= g.x;
-    g.w[a] -= g.v;
-  }
 }
 
 // the room of a domain at x along each axis: the grid, and the planes that *GRID BOUNDARY holds across
@@ -152,48 +93,31 @@ const double FLAT = 1.05;
 // Returns its stretch, less than 1 at a plane of the grid
 Vec3 restore(const Model& m, int p, const Points& pts, const Mat3& F, Level& l)
 {
-  const int dim    = m.dim;
-  const double* mc = pts.mc(p);
-  Moving now, first;
-  now.n = first.n = pts.conn.count(p);
-  Mat3 rate = Mat3::Zero();
-  for (int a = 0; a < now.n; ++a) {
-    const size_t c = static_cast<size_t>(pts.conn.begin(p)[a]) * dim;
-    now.r[a] = now.w[a] = first.r[a] = first.w[a] = Vec3::Zero();
-    for (int i = 0; i < dim; ++i) {
-      first.r[a](i) = pts.Xc[c + i];
-      now.r[a](i)   = pts.Xc[c + i] + l.uc[c + i];
-      now.w[a](i)   = l.vc[c + i];
-      for (int j = 0; j < dim; ++j) rate(i, j) += l.vc[c + i] * pts.G(p)[a * dim + j];
-    }
+  const int dim      = m.dim;
+  const DomainBody g = point_body(pts, dim, l, p);
+  const Vec3 centre = body_mean(g, g.X), v = body_mean(g, g.v);
+  Vec3 x = body_mean(g, g.x), now[8], had[8], X[8], r[8], w[8];
+  for (int a = 0; a < g.n; ++a) {
+    now[a] = g.x[a] - x;
+    had[a] = g.v[a] - v;
+    X[a]   = g.X[a] - centre;
   }
-  centre(mc, now);
-  centre(mc, first);
-  Vec3 x = now.x;
-  const Vec3 U = fit(room_at(m, x), first.r, first.n, dim, FLAT / m.body[pts.body[p]].reshape, x);
-  Vec3 X[8];
-  for (int a = 0; a < now.n; ++a) {
-    X[a] = first.r[a];
-    first.r[a] = U.asDiagonal() * X[a];
+  const Vec3 U = fit(room_at(m, x), X, g.n, dim, FLAT / m.body[pts.body[p]].reshape, x);
+  const Mat3 L = std::fabs(F.determinant()) > 1e-3
+      ? Mat3(point_gradient(pts, dim, l.vc, p, Mat3::Zero()) * F.inverse()) : Mat3(Mat3::Zero());
+  for (int a = 0; a < g.n; ++a) {
+    r[a] = U.asDiagonal() * X[a];
+    w[a] = L * r[a];
   }
-  const Mat3 L     = std::fabs(F.determinant()) > 1e-3 ? Mat3(rate * F.inverse()) : Mat3(Mat3::Zero());
-  Mat3 inertia     = Mat3::Zero();
-  for (int a = 0; a < now.n; ++a) {
-    first.w[a] = L * first.r[a];
-    for (int b = 0; b < now.n; ++b)
-      inertia += pair_mass(mc, a, b) * (first.r[a].dot(first.r[b]) * Mat3::Identity() -
-                                        first.r[a] * first.r[b].transpose());
-  }
-  const Vec3 lacks = spin_of(now, mc) - spin_of(first, mc);
-  const Vec3 omega = dim == 2 ? Vec3(0.0, 0.0, lacks(2) / inertia(2, 2)) : Vec3(inertia.ldlt().solve(lacks));
-  for (int a = 0; a < now.n; ++a) first.w[a] += omega.cross(first.r[a]);
-  const double had = energy_of(now, mc), needs = energy_of(first, mc);
-  const double part = needs > had ? std::sqrt(had / needs) : 1.0;
-  for (int a = 0; a < now.n; ++a)
+  const Vec3 omega = body_spin(g, dim, r, body_momentum(g, now, had) - body_momentum(g, r, w));
+  for (int a = 0; a < g.n; ++a) w[a] += omega.cross(r[a]);
+  const double before = body_energy(g, had), needs = body_energy(g, w);
+  const double part = needs > before ? std::sqrt(before / needs) : 1.0;
+  for (int a = 0; a < g.n; ++a)
     for (int i = 0; i < dim; ++i) {
       const size_t c = static_cast<size_t>(pts.conn.begin(p)[a]) * dim + i;
-      l.uc[c] = x(i) - first.x(i) + (U(i) - 1.0) * X[a](i);
-      l.vc[c] = now.v(i) + part * first.w[a](i);
+      l.uc[c] = x(i) - centre(i) + (U(i) - 1.0) * X[a](i);
+      l.vc[c] = v(i) + part * w[a](i);
     }
   return U;
 }
@@ -205,7 +129,7 @@ IntVec point_stretched(const Model& m, const Points& pts, const RealVec& uc)
   IntVec out;
   for (int p = 0; p < pts.npoint; ++p) {
     const double limit = m.body[pts.body[p]].reshape;
-    if (limit > 0.0 && too_stretched(gradient(pts, m.dim, uc, p), limit)) out.push_back(p);
+    if (limit > 0.0 && too_stretched(point_gradient(pts, m.dim, uc, p), limit)) out.push_back(p);
   }
   return out;
 }
@@ -218,7 +142,7 @@ void point_reshape(const Model& m, const IntVec& which, Points& pts, Level& l)
     const MatLaw law = mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE);
     const int field  = law_field(law_of(law), HISTORY_DEFORMATION);
     if (law.bar) part_group(m.dim, p, pts, l.uc, field, history, l.hp);
-    const Mat3 F = gradient(pts, m.dim, l.uc, p);
+    const Mat3 F = point_gradient(pts, m.dim, l.uc, p);
     const Vec3 U = restore(m, p, pts, F, l);
     keep_elastic(F, U, &l.hp[static_cast<size_t>(p) * history + field]);
   }

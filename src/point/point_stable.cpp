@@ -2,9 +2,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include <Eigen/Dense>
-
-#include "point/point.h"
+#include "point/point_body.h"
 
 namespace {
 
@@ -27,12 +25,7 @@ double frequency_of_domain(const Points& pts, int dim, int p, double stiffness)
 // as stretch_factor of elements                                                                      (6.31)
 double stretch_factor(const Points& pts, int dim, int p, LawKind law, const RealVec& uc)
 {
-  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  const double* G   = pts.G(p);
-  for (int a = 0; a < pts.conn.count(p); ++a)
-    for (int i = 0; i < dim; ++i)
-      for (int j = 0; j < dim; ++j)
-        F(i, j) += uc[static_cast<size_t>(pts.conn.begin(p)[a]) * dim + i] * G[a * dim + j];
+  const Eigen::Matrix3d F = point_gradient(pts, dim, uc, p);
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
   C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
   const double largest = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
