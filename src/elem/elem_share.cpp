@@ -7,6 +7,7 @@
 
 #include "base/comm.h"
 #include "base/halo.h"
+#include "elem/scalar_element.h"
 
 namespace {
 
@@ -26,27 +27,11 @@ struct ScalarElement {
 
 void scalar_element(const ElemBlock& b, int kind, ScalarElement& x)
 {
-  const ShapeInfo& info = shape_info[b.shape];
-  const int nen = info.nen, dim = info.dim;
-  const double* me = &b.me[static_cast<size_t>(kind) * pair_count(nen)];
+  const int nen = shape_info[b.shape].nen;
   x.K.setZero(nen, nen);
-  x.mass.setZero(nen);
-  for (int a = 0, k = 0; a < nen; ++a)
-    for (int c = 0; c <= a; ++c, ++k) {
-      x.mass[a] += me[k];
-      if (c < a) x.mass[c] += me[k];
-    }
-  for (int g = 0; g < info.ngp; ++g) {
-    const size_t at  = static_cast<size_t>(kind) * info.ngp + g;
-    const double* dN = &b.dNdX[at * nen * dim];
-    const double w   = b.w[at] * (b.law.lam + 2.0 * b.law.mu);
-    for (int a = 0; a < nen; ++a)
-      for (int c = 0; c <= a; ++c) {
-        double sum = 0.0;
-        for (int i = 0; i < dim; ++i) sum += dN[a * dim + i] * dN[c * dim + i];
-        x.K(a, c) += w * sum;
-      }
-  }
+  x.mass.resize(nen);
+  scalar_masses(b, kind, x.mass.data());
+  scalar_stiffness(b, kind, [&](int i, int j, double k) { x.K(i, j) += k; });
 }
 
 // square of the largest frequency of the stiffness K with these masses

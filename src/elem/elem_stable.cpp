@@ -3,7 +3,7 @@
 
 #include <Eigen/Dense>
 
-#include "elem/elem.h"
+#include "elem/scalar_element.h"
 
 namespace {
 
@@ -14,27 +14,11 @@ const double MARGIN = 1e-12;
 // each gradient, with the lumped mass of the element                                         (6.30)
 double frequency_of_kind(const ElemBlock& b, int kind)
 {
-  const ShapeInfo& info = shape_info[b.shape];
-  const int nen = info.nen, dim = info.dim;
-  const double* me = &b.me[static_cast<size_t>(kind) * pair_count(nen)];
-  double mass[MAX_NODES] = {0};
-  for (int a = 0, k = 0; a < nen; ++a)
-    for (int c = 0; c <= a; ++c, ++k) {
-      mass[a] += me[k];
-      if (c < a) mass[c] += me[k];
-    }
+  const int nen = shape_info[b.shape].nen;
+  double mass[MAX_NODES];
+  scalar_masses(b, kind, mass);
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(nen, nen);
-  for (int g = 0; g < info.ngp; ++g) {
-    const size_t at  = static_cast<size_t>(kind) * info.ngp + g;
-    const double* dN = &b.dNdX[at * nen * dim];
-    const double w   = b.w[at] * (b.law.lam + 2.0 * b.law.mu);
-    for (int a = 0; a < nen; ++a)
-      for (int c = 0; c <= a; ++c) {
-        double sum = 0.0;
-        for (int i = 0; i < dim; ++i) sum += dN[a * dim + i] * dN[c * dim + i];
-        K(a, c) += w * sum / std::sqrt(mass[a] * mass[c]);
-      }
-  }
+  scalar_stiffness(b, kind, [&](int i, int j, double k) { K(i, j) += k / std::sqrt(mass[i] * mass[j]); });
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues()(nen - 1);
 }
 
