@@ -433,7 +433,7 @@ struct Candidate {
   Erosion x;
   double ball = 0.0;           // FORCE: distance within which the candidate of the highest rank decides
   double spacing  = 0.0;       // between elements that break in one test
-  double fallback = 0.0;       // fraction of Gc h that breaks it anywhere
+  double fallback = 0.0;       // by_element: fraction of Gc h that breaks it
   bool griffith = false, force = false, order_all = false;
   double level = RANK_TOL;     // relative difference of equal ranks
   int front = -1, front_label = 0;
@@ -457,7 +457,6 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   c.x = erosion_of(s, e, value, rank, J);
   c.ball      = radius_of(s, e) * AT_RADIUS;
   c.spacing   = spacing_of(s, e);
-  c.fallback  = fallback_of(s, e);
   c.griffith  = d.criterion == CRITERION_GRIFFITH;
   c.force     = c.griffith && estimate_of(s, e) == ESTIMATE_FORCE;
   c.order_all = d.order == ORDER_ALL;
@@ -511,8 +510,9 @@ void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
   const double none[3] = {0, 0, 0};
-  if (value >= part && (start_allowed(s, e) || near_crack(s, e)))
-    out.push_back(candidate(s, e, value, value, none));
+  if (value < part || !(start_allowed(s, e) || near_crack(s, e))) return;
+  out.push_back(candidate(s, e, value, value, none));
+  out.back().fallback = part;
 }
 
 // COHESIVE: no traction at all Gauss points
