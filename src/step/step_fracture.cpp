@@ -96,6 +96,16 @@ bool breaks_open(const Problem& p, const Step& s, const std::vector<Erosion>& er
          });
 }
 
+// what a fracture changes of the forces of an explicit increment: nothing at once; those of the elements that
+// break; all. Implicit steps: all
+enum ForceChange { FORCES_STAY, FORCES_OF_BROKEN, FORCES_ANEW };
+
+ForceChange force_change(const Problem& p, const Step& s, const std::vector<Erosion>& erode, bool alone)
+{
+  if (alone && breaks_smoothly(p.m, s, erode)) return FORCES_STAY;
+  return alone && breaks_open(p, s, erode) ? FORCES_OF_BROKEN : FORCES_ANEW;
+}
+
 // adds the accelerations of forces [nnode*dim] to those of t(n). The kinetic energy of the half step changes
 // with them: fracture energy                                                                    (6.33)
 void jump_forces(Problem& p, RealVec& force)
@@ -119,14 +129,13 @@ void jump_forces(Problem& p, RealVec& force)
 // releases points, breaks elements and converts those that are due. The released energy is booked separately.
 //   convert   numbers in the mesh of the deck
 Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosion>& erode, const IntVec& torn,
-              IntVec convert, UndoPoint& u)
+              IntVec convert, ForceChange change, UndoPoint& u)
 {
   State& st = p.st;
   double released = 0.0;
-  const bool alone  = convert.empty() && torn.empty();
-  const bool smooth = alone && breaks_smoothly(p.m, s, erode), open = alone && breaks_open(p, s, erode);
+  const bool open = change == FORCES_OF_BROKEN;
   RealVec jump(open ? st.n.u.size() : 0, 0.0);
-  if (s.explicit_steps() && !smooth && !open) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  if (s.explicit_steps() && change == FORCES_ANEW) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   const double before = ledger_energy(st.ledger);
   step_undo_state(st, u);
   // dynamics without accelerations: nothing can fail after this that a shorter increment would mend
@@ -156,11 +165,11 @@ Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosio
   }
   p.ready = false;
   Failure failure = step_prepare(p, s);
-  if (failure.ok() && open && !smooth) {
+  if (failure.ok() && open) {
     st.ledger.fracture += released;
     jump_forces(p, jump);
   }
-  if (!failure.ok() || smooth || open) return failure;
+  if (!failure.ok() || change != FORCES_ANEW) return failure;
   // other rows, of which the ledger asks what is prescribed                                       (6.33)
   if (s.explicit_steps()) failure = dof_constrain(p.m, p.d, st, s, t_step, t_step, p.dofs, p.warned);
   if (!failure.ok()) return failure;
@@ -259,12 +268,11 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     if (converts && s.proc == PROC_DYNAMIC)
       frac_to_release(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
-    Failure failure = apply(p, s, t_step, erode, torn, convert, before);
+    const ForceChange change = force_change(p, s, erode, convert.empty() && torn.empty());
+    Failure failure = apply(p, s, t_step, erode, torn, convert, change, before);
     if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
-      const bool alone = convert.empty() && torn.empty();
-      if (!scheme_of(s).acceleration || (alone && breaks_smoothly(p.m, s, erode))) return STATUS_OK;
-      if (alone && breaks_open(p, s, erode)) return STATUS_OK;
+      if (!scheme_of(s).acceleration || change != FORCES_ANEW) return STATUS_OK;
       p.newton.grid.a.clear();             // the forces have jumped
       // where points follow nodes, step_motion_begin evaluates all forces
       if (s.explicit_steps() && p.dofs.rows.hung) return STATUS_OK;
