@@ -206,6 +206,14 @@ struct SlipSystem {
 };
 Status step_slip(const SlipSystem& system, const RealVec& f, double eta, RealVec& x, double& left);
 
+// Where Newton's method starts from
+struct Start {
+  bool left = false;             // Newton's method has begun: du is not the predictor any more
+  double predicted = 0.0;        // energy of the predictor beyond free flight; 0: free flight
+  RealVec guess;                 // [neq] statics: initial guess of du
+  bool guesses = false;          // there is a guess; a rank may have no rows
+};
+
 // Data of one attempt of an increment                                              (6.1)
 //   residual  R = fint + cM M du + cC C du - g - fext
 struct Attempt {
@@ -230,10 +238,7 @@ struct Attempt {
   bool plain = false;            // explicit, no grid, no dampers: v and a are written to st.np1
   BulkStep bulk{};               // explicit: bulk viscosity
   Jumps jumps{};               // of du
-  bool begun = false;            // Newton's method has begun: du is not the predictor any more
-  double predicted = 0.0;        // energy of the predictor beyond free flight; 0: free flight
-  RealVec guess{};               // [neq] statics: initial guess of du
-  bool guesses = false;          // there is a guess; a rank may have no rows
+  Start start{};
   Arc arc{};
 };
 

@@ -96,13 +96,13 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
   if (!a.step.extrapolate || a.step.arc.on || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
       st.points.npoint_all() || (st.frac.neroded > 0 && frac_uses_energy(m)))
     return;
-  a.guess   = dofs.bound.target;
-  a.guesses = true;
+  a.start.guess   = dofs.bound.target;
+  a.start.guesses = true;
   const int dim = dofs.rows.dim;
   for (int r = 0; r < dofs.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i)
       if (!dofs.bound.fixed[r * dim + i])
-        a.guess[r * dim + i] = dt * st.rate[dofs.rows.node_of_row[r] * dim + i];
+        a.start.guess[r * dim + i] = dt * st.rate[dofs.rows.node_of_row[r] * dim + i];
 }
 
 // General contact in statics: a contact point without a face at t(n) that is inside one now came from outside
@@ -294,11 +294,11 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   Failure failure = begin_attempt(p, s, a, energy);
   if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p.m, st, p.dofs, dt, a);
-  const bool guessed = a.guesses, leaps = s.explicit_steps();
+  const bool guessed = a.start.guesses, leaps = s.explicit_steps();
   if (failure.ok()) failure = leaps ? step_explicit(p, a) : step_newton(p, a);
   if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
     a.du.assign(p.dofs.rows.neq(), 0.0);
-    a.guesses = false;
+    a.start.guesses = false;
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond_all() && !leaps) failure = augment(p, a);

@@ -20,18 +20,18 @@ void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
   const bool lumped = !dofs.mass.lumped.empty() && !dofs.rows.hung;
   // implicit steps: rows of nodes without couplings
   const IntVec& coupled = dofs.mass.coupled;
-  const bool single = !lumped && !dofs.rows.hung && (coupled.empty() || coupled.front() >= dofs.rows.nfe);
+  const bool single = lumped || (!dofs.rows.hung && (coupled.empty() || coupled.front() >= dofs.rows.nfe));
+  const RealVec& mass = lumped ? dofs.mass.lumped : dofs.mass.M_here;       // read where single
   RealVec Mv;
-  if (!lumped && !single) mass_elements(dofs, dof_of_nodes(dofs, l.v), Mv);
+  if (!single) mass_elements(dofs, dof_of_nodes(dofs, l.v), Mv);
   for (int r = 0; r < dofs.rows.nfe; ++r) {
     const int node = dofs.rows.node_of_row[r];
-    const double m = lumped ? (dofs.rows.counts(r * dim) ? dofs.mass.lumped[r] : 0.0)
-                            : single ? dofs.mass.M_here[r] : 0.0;
+    const bool here = !lumped || dofs.rows.counts(r * dim);       // the lumped mass is that of all ranks
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
       const double v = l.v[node * dim + i];
       x[i] = mesh.X[3 * node + i] + l.u[node * dim + i];
-      q[i] = lumped || single ? m * v : Mv[r * dim + i];
+      q[i] = !single ? Mv[r * dim + i] : here ? mass[r] * v : 0.0;
       g.kinetic += 0.5 * v * q[i];
       g.momentum[i] += q[i];
     }

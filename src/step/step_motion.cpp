@@ -79,7 +79,7 @@ void step_predict(Problem& p, Attempt& a)
 {
   const Dofs& s = p.dofs;
   Motion& h     = p.newton.motion;
-  a.predicted   = 0.0;
+  a.start.predicted   = 0.0;
   if (!predicts(p, a) || !dof_all(s, follows(p, a))) {
     h.known = h.order = 0;
     return;
@@ -95,7 +95,7 @@ void step_predict(Problem& p, Attempt& a)
   });
   // a row that is new on a rank has no earlier values there: all take those of its owner
   if (s.rows.split) halo_copy(s.rows.halo, s.rows.dim, a.du);
-  a.predicted = a.cM * dof_total(s, energy);
+  a.start.predicted = a.cM * dof_total(s, energy);
 }
 
 // ---------------------------------------------------------------------------
@@ -172,7 +172,7 @@ bool step_linear_force(Problem& p, Attempt& a)
   Motion& h     = p.newton.motion;
   const ReusedTangent& z = p.newton.tangent;
   const Bonds& bonds     = p.st.bonds;
-  if (a.begun || !predicts(p, a) || s.rows.split || s.bound.tie.any) return false;
+  if (a.start.left || !predicts(p, a) || s.rows.split || s.bound.tie.any) return false;
   if (step_damps(p) || !p.d.pairs.gap.empty()) return false;
   if (!follows(p, a) || h.pattern != s.pattern.number || h.made != p.d.grid.made) return false;
   if (!z.keeps || z.wait > 0 || z.broken != p.st.frac.neroded || z.made != p.d.grid.made ||

@@ -30,40 +30,47 @@ struct Residual {
   bool finite      = true;
 };
 
-// squared norms of the vectors over owned rows; of the first one over free dofs only. In one pass, each with
-// the sums of sum_terms
-template <bool SPLIT>
-void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* sum)
+const size_t LANES = 8;         // of a sum, as in sum_terms  (no test)
+typedef double FourLanes[4][LANES];
+
+// four sums over i < n in one pass; add(i, l, part) adds the terms of i to lane l of each
+template <class Add>
+void four_sums(size_t n, double* sum, Add add)
 {
-  const size_t LANES = 8;
-  double part[4][LANES] = {};
-  const double* x[4] = {v[0]->data(), v[1]->data(), v[2]->data(), v[3]->data()};
-  const int* fixed   = s.bound.fixed.data();
-  const char* once   = s.rows.once.data();
-  const size_t n = s.rows.neq(), whole = n / LANES * LANES;
-  const auto add = [&](size_t i, size_t l) {
-    const bool here = !SPLIT || once[i];
-    part[0][l] += fixed[i] || !here ? 0.0 : x[0][i] * x[0][i];
-    for (int k = 1; k < 4; ++k) part[k][l] += here ? x[k][i] * x[k][i] : 0.0;
-  };
+  FourLanes part = {};
+  const size_t whole = n / LANES * LANES;
   for (size_t i = 0; i < whole; i += LANES)
-    for (size_t l = 0; l < LANES; ++l) add(i + l, l);
-  for (size_t i = whole; i < n; ++i) add(i, 0);
+    for (size_t l = 0; l < LANES; ++l) add(i + l, l, part);
+  for (size_t i = whole; i < n; ++i) add(i, 0, part);
   for (int k = 0; k < 4; ++k) {
     sum[k] = 0.0;
     for (double p : part[k]) sum[k] += p;
   }
 }
 
+// squared norms of the vectors over owned rows; of the first one over free dofs only. In one pass, each with
+// the sums of sum_terms
+template <bool SPLIT>
+void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* sum)
+{
+  const double* x[4] = {v[0]->data(), v[1]->data(), v[2]->data(), v[3]->data()};
+  const int* fixed   = s.bound.fixed.data();
+  const char* once   = s.rows.once.data();
+  four_sums(s.rows.neq(), sum, [&](size_t i, size_t l, FourLanes& part) {
+    const bool here = !SPLIT || once[i];
+    part[0][l] += fixed[i] || !here ? 0.0 : x[0][i] * x[0][i];
+    for (int k = 1; k < 4; ++k) part[k][l] += here ? x[k][i] * x[k][i] : 0.0;
+  });
+}
+
 // inertia, R and its scales of one rank without damping and equations, in one pass: norm as own_squares
 void join_forces(const Attempt& a, const Dofs& s, Residual& b, double* norm)
 {
-  const size_t LANES = 8, n = s.rows.neq(), whole = n / LANES * LANES;
   const double *Mdu = b.Mdu.data(), *g = a.g.data(), *fint = a.fint.data(), *fext = a.fext.data();
   const int* fixed = s.bound.fixed.data();
-  double *R = b.R.data(), *inertia = b.inertia.data(), part[4][LANES] = {};
+  double *R = b.R.data(), *inertia = b.inertia.data();
   const double cM = a.cM;
-  const auto add = [&](size_t i, size_t l) {
+  four_sums(s.rows.neq(), norm, [&](size_t i, size_t l, FourLanes& part) {
     const double f = cM * Mdu[i] - g[i], r = fint[i] - fext[i] + f;
     inertia[i] = f;
     R[i]       = r;
@@ -71,14 +78,7 @@ void join_forces(const Attempt& a, const Dofs& s, Residual& b, double* norm)
     part[1][l] += fint[i] * fint[i];
     part[2][l] += fext[i] * fext[i];
     part[3][l] += f * f;
-  };
-  for (size_t i = 0; i < whole; i += LANES)
-    for (size_t l = 0; l < LANES; ++l) add(i + l, l);
-  for (size_t i = whole; i < n; ++i) add(i, 0);
-  for (int k = 0; k < 4; ++k) {
-    norm[k] = 0.0;
-    for (double p : part[k]) norm[k] += p;
-  }
+  });
 }
 
 // fint, M du, on several ranks in one message; fext of loads that follow the body
@@ -311,8 +311,8 @@ Failure begin_at_predictor(Problem& p, Attempt& a, Residual& b)
 Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
 {
   const RealVec R0 = b.R;
-  a.du.swap(a.guess);
-  a.guesses = false;
+  a.du.swap(a.start.guess);
+  a.start.guesses = false;
   tie_follow(p.dofs, true, a.du);
   const Failure failure = form_residual(p, a, a.du, b);
   if (!failure.ok()) return failure;
@@ -320,6 +320,20 @@ Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
     if (p.dofs.rows.counts(i)) guessed += (b.R[i] - R0[i]) * a.du[i];
   guessed = std::fabs(dof_total(p.dofs, guessed));
   return STATUS_OK;
+}
+
+// R of the predictor or guess; loads that do not follow the body are formed once
+//   out   guessed   energy of the guess;   linear   R is that of the kept tangent                (6.45)
+Failure begin_residual(Problem& p, Attempt& a, Residual& b, double& guessed, bool& linear)
+{
+  Failure failure;
+  if (!a.arc.on && !assem_has_followers(a.step))
+    failure = assem_loads(p.m, p.d, p.dofs, p.st, a.step, a.load, p.warned, a.fext);
+  if (failure.ok()) linear = linear_residual(p, a, b, failure);
+  a.start.left = true;
+  if (failure.ok() && !linear) failure = begin_at_predictor(p, a, b);
+  if (failure.ok() && a.start.guesses) failure = begin_at_guess(p, a, b, guessed);
+  return failure;
 }
 
 // remaining displacements of prescribed dofs; true: all have reached their targets
@@ -409,6 +423,16 @@ Failure follow_arc(Problem& p, Attempt& a, int it, double residual, double accep
   return STATUS_OK;
 }
 
+// what the correction of iteration it, of which part was applied, tells of tangent and predictor
+//   in   linear   the first residual was that of the kept tangent;   before   norm of R before it
+void judge_correction(Problem& p, int it, bool linear, double before, double part, const Residual& b)
+{
+  if (before > 0.0) step_gain(p.newton, it, b.free_norm / before);
+  if (it == 1 && linear) step_judge_linear(p, b.free_norm / before, b.free_norm / b.scale);
+  if (part == 1.0) step_judge_tangent(p, it, before, b.R, b.free_norm);
+  else p.newton.tangent.keeps = false;
+}
+
 void report_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
 {
   log.iterations = it;
@@ -441,16 +465,10 @@ Failure step_newton(Problem& p, Attempt& a)
   a.mode.crack = a.arc.on ? CRACK_ONWARD : CRACK_TANGENT;
   // 1. predictor or guess
   double guessed  = 0.0;       // energy of the guess
-  Failure failure;
-  if (!a.arc.on && !assem_has_followers(a.step))
-    failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
   bool linear = false;         // R of the predictor is that of the kept tangent
-  if (failure.ok()) linear = linear_residual(p, a, b, failure);
-  a.begun = true;
-  if (failure.ok() && !linear) failure = begin_at_predictor(p, a, b);
-  if (failure.ok() && a.guesses) failure = begin_at_guess(p, a, b, guessed);
+  Failure failure = begin_residual(p, a, b, guessed, linear);
   if (!failure.ok()) return failure;
-  l.energy = std::sqrt(guessed + a.predicted);
+  l.energy = std::sqrt(guessed + a.start.predicted);
   report_iteration(log, 0, b, 0.0, 0.0);
   for (int it = 1; it <= a.newton.max_iter; ++it) {
     // 2. tangent, prescribed dofs                                                  (6.2)
@@ -462,7 +480,7 @@ Failure step_newton(Problem& p, Attempt& a)
     // loads below the round-off floor are solved for once; without loads the floor ends the iterations
     const bool still = b.external == 0.0;
     if (it == 1 && reached && guessed == 0.0 && !linear && !a.arc.on &&
-        (a.predicted == 0.0 ? converged(p, a, b, l, still, false) : still && by_rounding(p, a, b, l))) {
+        (a.start.predicted == 0.0 ? converged(p, a, b, l, still, false) : still && by_rounding(p, a, b, l))) {
       a.R = b.R;                                     // the predictor is the solution
       assem_share_bonds(p.st, p.m.dim, a.jumps);
       return STATUS_OK;
@@ -494,10 +512,7 @@ Failure step_newton(Problem& p, Attempt& a)
     least = std::min(least, b.free_norm);
     report_iteration(log, it, b, std::fabs(g0), part);
     // 5. converged?                                                                (6.4)
-    if (before > 0.0) step_gain(p.newton, it, b.free_norm / before);
-    if (it == 1 && linear) step_judge_linear(p, b.free_norm / before, b.free_norm / b.scale);
-    if (part == 1.0) step_judge_tangent(p, it, before, b.R, b.free_norm);
-    else p.newton.tangent.keeps = false;
+    judge_correction(p, it, linear, before, part, b);
     const bool stalls = b.free_norm > STALL_RATIO * before;
     if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, l) &&
         converged(p, a, b, l, true, stalls)) {
