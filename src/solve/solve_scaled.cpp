@@ -20,7 +20,7 @@ typedef float Four __attribute__((vector_size(16)));
 typedef float FourAt __attribute__((vector_size(16), aligned(4), may_alias));
 typedef double Pair __attribute__((vector_size(16)));
 typedef double Number __attribute__((aligned(4), may_alias));        // two numbers in single precision
-typedef int ScaledLanes __attribute__((vector_size(16)));
+typedef int FourLanes __attribute__((vector_size(16)));
 
 // Denormal numbers, as far ahead of a wave, cost the processor ten times as much: they become zero
 struct NoDenormals {
@@ -51,7 +51,7 @@ inline void add_two(Four x, float* q)
 
 typedef float Eight __attribute__((vector_size(32)));
 typedef float EightAt __attribute__((vector_size(32), aligned(4), may_alias));
-typedef double ScaledPairs __attribute__((vector_size(32)));
+typedef double TwoPairs __attribute__((vector_size(32)));
 typedef int EightLanes __attribute__((vector_size(32)));
 
 // q += A p of the blocks of 2 x 2, two at a time; returns p A p
@@ -71,9 +71,9 @@ double multiply_plane(const SysMatrix& A, const float* a, const float* p, float*
       const int J = 2 * col[k], K = 2 * col[k + 1];
       const Eight blocks = *reinterpret_cast<const EightAt*>(a);
       const double j = *reinterpret_cast<const Number*>(p + J), l = *reinterpret_cast<const Number*>(p + K);
-      sums += blocks * reinterpret_cast<Eight>(ScaledPairs{j, j, l, l});
+      sums += blocks * reinterpret_cast<Eight>(TwoPairs{j, j, l, l});
       const Eight w = blocks * both, back = w + __builtin_shuffle(w, EightLanes{2, 3, 2, 3, 6, 7, 6, 7});
-      const ScaledPairs two = reinterpret_cast<ScaledPairs>(back);
+      const TwoPairs two = reinterpret_cast<TwoPairs>(back);
       add_two(reinterpret_cast<Four>(Pair{two[0], 0.0}), q + J);
       add_two(reinterpret_cast<Four>(Pair{two[2], 0.0}), q + K);
     }
@@ -82,7 +82,7 @@ double multiply_plane(const SysMatrix& A, const float* a, const float* p, float*
       const Four block = four(a);
       sum += block * twice(p + J);
       const Four w = block * own;
-      add_two(w + __builtin_shuffle(w, ScaledLanes{2, 3, 2, 3}), q + J);
+      add_two(w + __builtin_shuffle(w, FourLanes{2, 3, 2, 3}), q + J);
     }
     const float s0 = sum[0] + sum[1] + (sums[0] + sums[1] + (sums[4] + sums[5])),
                 s1 = sum[2] + sum[3] + (sums[2] + sums[3] + (sums[6] + sums[7]));
