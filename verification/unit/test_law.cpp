@@ -22,6 +22,15 @@ Material sample(LawKind kind)
 const Plane planes[3]  = {PLANE_NONE, PLANE_STRAIN, PLANE_STRESS};
 const LawKind kinds[4] = {LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_DRUCKER_PRAGER};
 
+// E with component j larger (a) and smaller (b) by step; shear counts twice in energies
+void two_sides(const double* E, int j, double step, double* a, double* b)
+{
+  std::copy(E, E + 6, a);
+  std::copy(E, E + 6, b);
+  a[j] += j < 3 ? step : 0.5 * step;
+  b[j] -= j < 3 ? step : 0.5 * step;
+}
+
 }  // namespace
 
 TEST(Law, StressIsTheDerivativeOfTheIncrementalEnergyAndTangentThatOfTheStress)
@@ -201,10 +210,7 @@ TEST(Law, DruckerPragerWithoutDilationHasTheSymmetricPartOfItsTangent)
     ASSERT_GT(out.dissipated, 0.0);
     for (int j = 0; j < 6; ++j) {
       double a[6], b[6];
-      std::copy(E, E + 6, a);
-      std::copy(E, E + 6, b);
-      a[j] += j < 3 ? 1e-6 : 0.5e-6;
-      b[j] -= j < 3 ? 1e-6 : 0.5e-6;
+      two_sides(E, j, 1e-6, a, b);
       ASSERT_TRUE(p.at(a, up) && p.at(b, down));
       for (int i = 0; i < 6; ++i) N[i * 6 + j] = (up.S[i] - down.S[i]) / 2e-6;
     }
@@ -450,10 +456,7 @@ TEST(Law, DruckerPragerGapCloses)
       ++closed;
       for (int j = 0; j < 6; ++j) {
         double a[6], b[6];
-        std::copy(E, E + 6, a);
-        std::copy(E, E + 6, b);
-        a[j] += j < 3 ? 1e-7 : 0.5e-7;
-        b[j] -= j < 3 ? 1e-7 : 0.5e-7;
+        two_sides(E, j, 1e-7, a, b);
         ASSERT_TRUE(q.at(a, up, up_h) && q.at(b, down, down_h));
         const double lost = up_h[HISTORY_DISSIPATED] - down_h[HISTORY_DISSIPATED];
         EXPECT_NEAR((up.psi - down.psi + lost) / 2e-7, out.S[j], 1e-5);
