@@ -164,7 +164,7 @@ bool card_line(Card& c)
   bool keyword = false;
   if (!deck_peek(*c.deck, keyword) || keyword) return false;
   c.errors_line = c.deck->messages.errors;
-  deck_split(*c.deck, true, c.field, c.whole, c.comma);
+  deck_fields(*c.deck, true, c.field, c.whole, c.comma);
   c.open = true;
   return true;
 }
@@ -175,7 +175,7 @@ void card_join(Card& c)
   if (!deck_peek(*c.deck, keyword) || keyword) return;
   std::vector<Field> more;
   Field whole;
-  deck_split(*c.deck, true, more, whole, c.comma);
+  deck_fields(*c.deck, true, more, whole, c.comma);
   c.field.insert(c.field.end(), more.begin(), more.end());
 }
 
@@ -183,7 +183,7 @@ bool card_text(Card& c, std::string& text)
 {
   bool keyword = false;
   if (!deck_peek(*c.deck, keyword) || keyword) return false;
-  deck_split(*c.deck, false, c.field, c.whole, c.comma);
+  deck_fields(*c.deck, false, c.field, c.whole, c.comma);
   text = c.whole.text;
   return true;
 }

@@ -7,12 +7,6 @@
 
 namespace {
 
-void fault(Deck& d, const char* keyword, const DeckLine& deck_line, const std::string& text)
-{
-  d.word = keyword;
-  deck_error(d, deck_field(d, deck_line, ""), text);
-}
-
 std::string of_element(const Model& m, int e)
 {
   return text_format("element %d of type ", m.mesh.elem_label[e]) + elem_table[m.mesh.elem_type[e]].name;
@@ -42,7 +36,7 @@ void check_stress(Deck& d, Model& m, const IntVec& body)
         mark_material(m, e);
         continue;
       }
-      fault(d, word, s.deck_line, text);
+      fault(d, word, s.deck_line, "", text);
       break;
     }
   }
@@ -100,7 +94,7 @@ void check_change(Deck& d, Model& m, const ModelChange& c, const std::vector<con
     if (c.add) mark_material(m, e);
     gone[e] = !c.add;
     if (text.empty()) continue;
-    fault(d, "MODEL CHANGE", c.deck_line, text_format("element %d ", m.mesh.elem_label[e]) + text);
+    fault(d, "MODEL CHANGE", c.deck_line, "", text_format("element %d ", m.mesh.elem_label[e]) + text);
     return;
   }
 }
@@ -121,10 +115,10 @@ void deck_changes(Deck& d, Model& m, const IntVec& body)
   for (const Step& s : m.step) {
     for (const ModelChange& c : s.change) check_change(d, m, c, why, gone);
     if (!s.change.empty() && m.body.empty() && std::count(gone.begin(), gone.end(), 0) == 0)
-      fault(d, "MODEL CHANGE", s.change.back().deck_line,
+      fault(d, "MODEL CHANGE", s.change.back().deck_line, "",
             "all elements are removed; nothing is left to solve");
     if (!s.change.empty() && s.arc.on)
-      fault(d, "MODEL CHANGE", s.change.back().deck_line,
+      fault(d, "MODEL CHANGE", s.change.back().deck_line, "",
             "does not go with *STATIC, RIKS; put it into a step of its own before");
   }
 }

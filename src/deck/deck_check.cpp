@@ -46,20 +46,6 @@ Box body_box(const Model& m, const Body& body)
   return b;
 }
 
-void fault(Deck& d, const char* keyword, const DeckLine& deck_line, const std::string& word,
-           const std::string& text)
-{
-  d.word = keyword;
-  deck_error(d, deck_field(d, deck_line, word), text);
-}
-
-void warn(Deck& d, const char* keyword, const DeckLine& deck_line, const std::string& word,
-          const std::string& text)
-{
-  d.word = keyword;
-  deck_warn(d, deck_field(d, deck_line, word), text);
-}
-
 DeckLine element_line(const Deck& d, int e)
 {
   DeckLine p;

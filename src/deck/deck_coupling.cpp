@@ -21,12 +21,6 @@ int rotations(int dim) { return dim == 2 ? 1 : 3; }
 
 const char* keyword_of(const CouplingDef& c) { return c.kind == COUPLING_RIGID ? "RIGID BODY" : "COUPLING"; }
 
-void fault(Deck& d, const CouplingDef& c, const std::string& text)
-{
-  d.word = keyword_of(c);
-  deck_error(d, deck_field(d, c.deck_line, ""), text);
-}
-
 double X_of(const Model& m, int n, int i) { return m.mesh.X[3 * static_cast<std::size_t>(n) + i]; }
 
 struct WeightedNode { int node; double weight; };
@@ -134,8 +128,7 @@ bool nodes_free(Deck& d, const Model& m, const CouplingDef& c, const std::vector
   for (const WeightedNode& w : node)
     for (int i = 0; i < m.dim; ++i) {
       if (!given.count({w.node, i})) continue;
-      fault(
-          d, c,
+      fault(d, keyword_of(c), c.deck_line, "",
           text_format(
               "direction %d of node %d of the body is prescribed or dependent in another equation or body: "
               "prescribe the reference node instead",
@@ -156,7 +149,7 @@ void couple_kinematic(Deck& d, Model& m, const CouplingDef& c, const std::vector
     s.equation.insert(s.equation.end(), equation.begin(), equation.end());
     if (!s.nlgeom || reported || rotation_fixed(ref_state(c, s), m.dim)) continue;
     reported = true;
-    fault(d, c,
+    fault(d, keyword_of(c), c.deck_line, "",
           std::string(
               "with NLGEOM the nodes rotate by finite angles, which equations cannot describe: fix "
               "the rotation of the reference node (*BOUNDARY, direction") +
@@ -305,7 +298,7 @@ bool check_linear(Deck& d, const Model& m, const CouplingDef& c, const Cloud& cl
   for (int j = 0; j < 3; ++j) arm += std::pow(X_of(m, c.ref, j) - cloud.centre[j], 2);
   const bool arms = moved && c.coupled[5] && std::sqrt(arm) > 1e-6 * cloud.size;
   if (!turned && !arms) return true;
-  fault(d, c,
+  fault(d, keyword_of(c), c.deck_line, "",
         std::string("with NLGEOM the mean rotation of the surface is not a linear equation: ") +
             (turned ? "leave out rotation and moment of the reference node, or NLGEOM"
                     : "put the reference node at the centre of the surface, " +
@@ -322,11 +315,11 @@ void couple_distributing(Deck& d, Model& m, const CouplingDef& c, const std::vec
     if (!cloud.has_rotation)
       for (int k = 0; k < 3; ++k)
         if (h.prescribed[3 + k] || h.loaded[3 + k])
-          return fault(d, c, "the nodes of the surface are collinear or coincide: no rotation is defined");
+          return fault(d, keyword_of(c), c.deck_line, "",
+                       "the nodes of the surface are collinear or coincide: no rotation is defined");
     if (s.nlgeom && !check_linear(d, m, c, cloud, h)) return;
     if (!distributing_equations(m, c, cloud, node, h, s))
-      return fault(
-          d, c,
+      return fault(d, keyword_of(c), c.deck_line, "",
           "the motion of the reference node is prescribed, but supports or equations fix the nodes of "
           "the surface already; release one of the two");
   }
@@ -336,7 +329,7 @@ void couple(Deck& d, Model& m, const CouplingDef& c)
 {
   if (c.ref < 0 || (c.kind == COUPLING_RIGID ? c.elset : c.surface) < 0) return;
   if (c.kind != COUPLING_RIGID && m.surface[c.surface].body >= 0)
-    return fault(d, c,
+    return fault(d, keyword_of(c), c.deck_line, "",
                  "surface " + m.surface[c.surface].name +
                      " is the boundary of a body of material points, which has "
                      "no nodes; couple a surface of elements");

@@ -21,7 +21,7 @@ bool grid_is_solid(Deck& scout)
   Field whole;
   bool keyword = false, comma = false;
   if (!deck_peek(scout, keyword) || keyword) return false;
-  deck_split(scout, true, field, whole, comma);
+  deck_fields(scout, true, field, whole, comma);
   return field.size() == 6;
 }
 

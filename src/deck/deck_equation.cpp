@@ -12,12 +12,6 @@ const char* keyword_of(const Equation& e)
       : e.of == EQUATION_COUPLING ? "COUPLING" : "EQUATION";
 }
 
-void fault(Deck& d, const Equation& e, const std::string& text)
-{
-  d.word = keyword_of(e);
-  deck_error(d, deck_field(d, e.deck_line, ""), text);
-}
-
 // [nnode] 0: no elements, 1: an element remains an element during the run, 2: none does
 std::vector<char> node_kinds(const Model& m)
 {
@@ -43,8 +37,7 @@ void check_nodes(Deck& d, const Model& m, const std::vector<char>& kind)
   for (const Equation& e : m.equation)
     for (const EquationTerm& t : e.term) {
       if (kind[t.node] != 2) continue;
-      fault(
-          d, e,
+      fault(d, keyword_of(e), e.deck_line, "",
           text_format("all elements of node %d are or may become material points, on which equations "
                       "cannot act; exclude an element there from *CONVERSION, or use *BOND",
                       m.mesh.node_label[t.node]));
@@ -63,7 +56,7 @@ void check_prescribed(Deck& d, const Model& m, const Step& s)
         const auto k = dependent.find(3 * n + i);
         if (k == dependent.end()) continue;
         const Equation& e = m.equation[k->second];
-        fault(d, e,
+        fault(d, keyword_of(e), e.deck_line, "",
               text_format(e.of == EQUATION_COUPLING
                               ? "direction %d of node %d follows the reference node, but is prescribed in "
                               : "direction %d of node %d is dependent in this equation, but is "
@@ -90,12 +83,10 @@ void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>
   for (const Load& l : s.load)
     for (int n : l.node) {
       if (kind[n] || linked[3 * static_cast<std::size_t>(n) + l.dof]) continue;
-      d.word = "CLOAD";
-      deck_error(
-          d, deck_field(d, l.deck_line, ""),
+      fault(d, "CLOAD", l.deck_line, "",
           text_format("direction %d of node %d is loaded, but belongs to no element and to no equation of "
-                      "this step",
-                      l.dof + 1, m.mesh.node_label[n]));
+                 "this step",
+                 l.dof + 1, m.mesh.node_label[n]));
       break;
     }
 }
@@ -124,7 +115,7 @@ void check_equations(Deck& d, const Model& m)
     std::vector<EquationSolved> solved;
     int bad = -1;
     if (!equations_resolve(m, s.equation, solved, bad))
-      fault(d, m.equation[bad],
+      fault(d, keyword_of(m.equation[bad]), m.equation[bad].deck_line, "",
             m.equation[bad].of == EQUATION_TIE
                 ? "slave nodes depend on themselves through other ties or equations; exchange slave and "
                   "master "

@@ -172,6 +172,20 @@ void deck_warn(Deck& d, const Field& at, const std::string& text)
   add_message(d, true, at, text);
 }
 
+void fault(Deck& d, const std::string& keyword, const DeckLine& deck_line, const std::string& word,
+           const std::string& text)
+{
+  d.word = keyword;
+  deck_error(d, deck_field(d, deck_line, word), text);
+}
+
+void warn(Deck& d, const std::string& keyword, const DeckLine& deck_line, const std::string& word,
+          const std::string& text)
+{
+  d.word = keyword;
+  deck_warn(d, deck_field(d, deck_line, word), text);
+}
+
 // ---------------------------------------------------------------------------
 // deck_print_messages : errors in the order of the deck, then warnings; at most 5 of a kind and 50 of each,
 // then the number of the others

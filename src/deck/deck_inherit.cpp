@@ -141,10 +141,9 @@ void warn_repeated(Deck& d, const Step& s, const std::vector<Load>& kept)
       if (l.kind != LOAD_BODY || old.kind != LOAD_BODY || l.per_mass != old.per_mass) continue;
       if (!l.per_mass && l.dir != old.dir) continue;
       if (!intersect(l.body, old.body) && !intersect(l.elem, old.elem)) continue;
-      d.word = l.keyword;
-      deck_warn(d, deck_field(d, l.deck_line, ""), "adds to the load of " + old.deck_line.file +
-                text_format(" line %d: a volume load is replaced only ", old.deck_line.line) +
-                "by one with the same target and direction; OP=NEW removes all");
+      warn(d, l.keyword, l.deck_line, "", "adds to the load of " + old.deck_line.file +
+           text_format(" line %d: a volume load is replaced only ", old.deck_line.line) +
+           "by one with the same target and direction; OP=NEW removes all");
       break;
     }
 }
@@ -242,12 +241,10 @@ void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::
     }
     b.node.swap(node);
     if (other < 0) continue;
-    d.word = "BOUNDARY";
-    deck_warn(
-        d, deck_field(d, list[other].deck_line, ""),
+    warn(d, "BOUNDARY", list[other].deck_line, "",
         text_format("replaces the value of line %d for node %d, direction %d in this step; the last value "
-                    "is used",
-                    b.deck_line.line, m.mesh.node_label[at], b.first + 1));
+               "is used",
+               b.deck_line.line, m.mesh.node_label[at], b.first + 1));
   }
   const auto empty = [](const Prescribed& b) { return b.node.empty(); };
   list.erase(std::remove_if(list.begin(), list.end(), empty), list.end());

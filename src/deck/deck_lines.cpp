@@ -351,14 +351,14 @@ void deck_hash(Deck& d, const std::string& line)
 }
 
 // ---------------------------------------------------------------------------
-// deck_split : reads a data line
+// deck_fields : reads a data line
 //
 //   in   substitute   replace <expression> by its value
 //   out  field        words between commas; a comma at the end of the line adds no field
 //        whole        the trimmed line
 //        comma        the line ends in a comma
 // ---------------------------------------------------------------------------
-void deck_split(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma)
+void deck_fields(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma)
 {
   Scan s = scan_open(d, substitute);
   const std::size_t first = s.raw.find_first_not_of(" \t\r\v\f"), last = s.raw.find_last_not_of(" \t\r\v\f");

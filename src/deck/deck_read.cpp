@@ -52,7 +52,7 @@ void skip_data(Deck& d)
   std::vector<Field> field;
   Field whole;
   bool keyword = false, comma = false;
-  while (deck_peek(d, keyword) && !keyword) deck_split(d, false, field, whole, comma);
+  while (deck_peek(d, keyword) && !keyword) deck_fields(d, false, field, whole, comma);
 }
 
 // checks the parameters: unknown, repeated, missing. False: the card cannot be read.
@@ -169,7 +169,7 @@ void read_cards(Deck& d, Model& m)
     std::vector<Field> field;
     bool comma = false;
     d.word.clear();
-    deck_split(d, false, field, at, comma);
+    deck_fields(d, false, field, at, comma);
     deck_error(
         d, at,
         "a data line without a keyword before it; a deck begins with a line such as *HEADING or *NODE");

@@ -383,13 +383,12 @@ void extend_values(Deck& d, const Model& m, const SplitMesh& s, const char* keyw
         continue;
       const bool same = std::all_of(c.around.begin(), c.around.end(),
                                     [&](int n) { return deck_same_value(list[of[n]], list[first]); });
-      d.word = keyword;
       if (!same)
-        return deck_error(d, deck_field(d, list[first].deck_line, ""),
-                          text_format("the element or face around node %d is split, and has a node at its "
-                                      "centre: give the values in direction %d as one line, by a node set "
-                                      "and a function of x, y, z",
-                                      m.mesh.node_label[c.around[0]], i + 1));
+        return fault(d, keyword, list[first].deck_line, "",
+                     text_format("the element or face around node %d is split, and has a node at its "
+                                 "centre: give the values in direction %d as one line, by a node set "
+                                 "and a function of x, y, z",
+                                 m.mesh.node_label[c.around[0]], i + 1));
       Value v = list[first];
       v.node  = {c.node};
       list.push_back(v);
@@ -435,14 +434,13 @@ void check_centres(Deck& d, const Model& m, const SplitMesh& s)
 {
   std::vector<const DeckLine*> line(m.mesh.nnode(), nullptr);
   const auto check = [&](const char* keyword, const char* what) {
-    d.word = keyword;
     for (const Made& c : s.made)
       if (std::all_of(c.around.begin(), c.around.end(), [&](int n) { return line[n] != nullptr; }))
-        return deck_error(d, deck_field(d, *line[c.around[0]], ""),
-                          text_format("all nodes of a face at node %d have %s, but the face is split and has "
-                                      "a node at its centre, which has none; use C3D10, CPE6 or linear "
-                                      "elements there",
-                                      m.mesh.node_label[c.around[0]], what));
+        return fault(d, keyword, *line[c.around[0]], "",
+                     text_format("all nodes of a face at node %d have %s, but the face is split and has "
+                                 "a node at its centre, which has none; use C3D10, CPE6 or linear "
+                                 "elements there",
+                                 m.mesh.node_label[c.around[0]], what));
   };
   for (const Frame& f : m.frame) line[f.node] = &f.deck_line;
   check("TRANSFORM", "local directions");
@@ -451,6 +449,54 @@ void check_centres(Deck& d, const Model& m, const SplitMesh& s)
     for (const EquationTerm& t : e.term)
       if (e.of == EQUATION_GIVEN) line[t.node] = &e.deck_line;
   check("EQUATION", "equations");
+}
+
+// nodes that equations, local directions or values of the deck hold in direction i
+std::vector<char> held_nodes(const Model& m, int i, const std::vector<Prescribed>& values)
+{
+  std::vector<char> held(m.mesh.nnode(), 0);
+  for (const Frame& f : m.frame) held[f.node] = 1;
+  for (const Equation& e : m.equation)
+    for (const EquationTerm& t : e.term)
+      if (t.dof == i) held[t.node] = 1;
+  for (const Prescribed& b : values)
+    if (has_direction(b, i))
+      for (int n : b.node) held[n] = 1;
+  return held;
+}
+
+// values that act in a step: where a face has nodes held by different means, or in different steps, the node
+// at its centre would be free
+void check_means(Deck& d, const Model& m, const SplitMesh& s, const std::vector<Prescribed>& values)
+{
+  for (const Prescribed& b : values)
+    for (int i = b.first; i <= std::min(b.last, m.dim - 1); ++i) {
+      const std::vector<char> held = held_nodes(m, i, values);
+      std::vector<char> here(m.mesh.nnode(), 0);
+      for (int n : b.node) here[n] = 1;
+      const auto free_centre = [&](const Made& c) {
+        return !held[c.node] && std::all_of(c.around.begin(), c.around.end(), [&](int n) { return held[n]; }) &&
+               std::any_of(c.around.begin(), c.around.end(), [&](int n) { return here[n]; });
+      };
+      const auto c = std::find_if(s.made.begin(), s.made.end(), free_centre);
+      if (c == s.made.end()) continue;
+      return fault(d, "BOUNDARY", b.deck_line, "",
+                   text_format("all nodes of a face at node %d are held in direction %d, some by equations, "
+                               "local directions or in another step, but the face is split and the node at "
+                               "its centre is free; hold the face by one node set in one step, or use "
+                               "C3D10, CPE6 or linear elements there",
+                               m.mesh.node_label[c->around[0]], i + 1));
+    }
+}
+
+void check_means(Deck& d, const Model& m, const SplitMesh& s)
+{
+  std::vector<Prescribed> acting = d.base;
+  for (std::size_t k = 0; k < m.step.size() && !s.made.empty() && d.messages.errors == 0; ++k) {
+    if (k < d.removes.size() && d.removes[k].boundary) acting.clear();
+    acting.insert(acting.end(), m.step[k].prescribed.begin(), m.step[k].prescribed.end());
+    check_means(d, m, s, acting);
+  }
 }
 
 // ---- what is reported
@@ -488,10 +534,9 @@ void report(Deck& d, Model& m, const SplitMesh& s, const std::vector<Reason>& re
                               : ""));
   if (std::any_of(reason.begin(), reason.end(), [](const Reason& r) { return r.known; })) return;
   const Reason& r = reason.front();
-  d.word = r.keyword;
-  deck_warn(d, deck_field(d, r.deck_line, ""),
-            std::string("linear elements are needed: quadratic ones are split, ") + types_of(s) +
-                ", with the accuracy of linear elements");
+  warn(d, r.keyword, r.deck_line, "",
+       std::string("linear elements are needed: quadratic ones are split, ") + types_of(s) +
+           ", with the accuracy of linear elements");
 }
 
 }  // namespace
@@ -515,5 +560,6 @@ void deck_split(Deck& d, Model& m)
   rebuild(d, m, s);
   check_centres(d, m, s);
   replace_all(d, m, s);
+  check_means(d, m, s);
   report(d, m, s, w.reason);
 }

@@ -221,6 +221,11 @@ std::string text_nearest(const std::string& word, const std::vector<std::string>
 std::string text_suggest(const std::string& word, const std::vector<std::string>& valid);
 void deck_error(Deck& d, const Field& at, const std::string& text);
 void deck_warn(Deck& d, const Field& at, const std::string& text);
+// at a line read before, at word where the line has it
+void fault(Deck& d, const std::string& keyword, const DeckLine& deck_line, const std::string& word,
+           const std::string& text);
+void warn(Deck& d, const std::string& keyword, const DeckLine& deck_line, const std::string& word,
+          const std::string& text);
 void deck_print_messages(const Deck& d);
 DeckLine deck_line_of(const Deck& d, const Field& at);
 std::string spot_text(const Deck& d, const Spot& s);       // "FILE line N"
@@ -231,7 +236,7 @@ bool deck_open(Deck& d, const std::string& path, const Field* from);
 std::string deck_line_text(const Deck& d, int file, int line);
 bool deck_peek(Deck& d, bool& keyword);                    // true: there is a next line; opens includes
 void deck_head(Deck& d, Head& head);                       // reads the keyword line with its continuation
-void deck_split(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma);
+void deck_fields(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma);
 
 // ---- parts and instances (deck_parts.cpp)
 bool deck_has_parts(const DeckFile& f);

@@ -17,25 +17,13 @@ const double TOLERANCE = 0.05;
 const double INSIDE_FACTOR = 2.0;
 const int MAX_LISTED = 5;      // nodes listed in a warning  (no test)
 
-void fault(Deck& d, const TieDef& t, const std::string& text)
-{
-  d.word = "TIE";
-  deck_error(d, deck_field(d, t.deck_line, ""), text);
-}
-
-void warn(Deck& d, const TieDef& t, const std::string& text)
-{
-  d.word = "TIE";
-  deck_warn(d, deck_field(d, t.deck_line, ""), text);
-}
-
 // faces of a surface; empty: it cannot be tied, which is reported
 std::vector<MortarFace> faces_of(Deck& d, const Model& m, const TieDef& t, int surface)
 {
   std::vector<MortarFace> out;
   const Surface& s = m.surface[surface];
   if (s.body >= 0) {
-    fault(d, t,
+    fault(d, "TIE", t.deck_line, "",
           "surface " + s.name +
               " is the boundary of a body of material points, which has no nodes "
               "to tie; tie elements to points by *BOND");
@@ -59,7 +47,7 @@ bool one_kind(Deck& d, const Model& m, const TieDef& t, const std::vector<Mortar
     for (int a = 0; a < f.all(); ++a) {
       const auto known = corner.emplace(f.node[a], a < f.n);
       if (known.first->second == (a < f.n)) continue;
-      fault(d, t,
+      fault(d, "TIE", t.deck_line, "",
             text_format("node %d of surface ", m.mesh.node_label[f.node[a]]) + m.surface[t.slave].name +
                 " is the corner of one face and in the middle of an edge of another; exchange slave and "
                 "master surface");
@@ -124,12 +112,12 @@ Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<Mort
       for (int b = 0; b < f.all(); ++b)
         if (a != b && out.row_of.count(f.node[b])) out.adjacent[f.node[a]].insert(f.node[b]);
   if (out.row.size() == out.common.size())
-    fault(d, t,
+    fault(d, "TIE", t.deck_line, "",
           text_format("no node of the slave surface lies within %.4g of an opposite master face; check "
                       "the two surfaces and POSITION TOLERANCE",
                       tolerance));
   else if (!free.empty())
-    warn(d, t,
+    warn(d, "TIE", t.deck_line, "",
          text_format("%zu of %zu slave nodes are not tied, as no opposite master face lies within "
                      "%.4g: ",
                      free.size(), node.size(), tolerance) +
@@ -271,17 +259,16 @@ void tie(Deck& d, Model& m, const TieDef& def)
   if (t.row.empty()) return;
   for (const Frame& f : m.frame)
     if (f.twin >= 0 && t.row_of.count(f.node))
-      return fault(
-          d, def,
-          text_format("slave node %d has local directions (*TRANSFORM), and is supported or loaded in "
-                      "them; exchange slave and master surface",
-                      m.mesh.node_label[f.node]));
+      return fault(d, "TIE", def.deck_line, "",
+                   text_format("slave node %d has local directions (*TRANSFORM), and is supported or loaded in "
+                               "them; exchange slave and master surface",
+                               m.mesh.node_label[f.node]));
   const double moved = def.adjust ? adjust(m, t) : 0.0;
   const double size = mortar_size(m.dim, m.mesh.X, slave);
   bool nlgeom = false;
   for (const Step& s : m.step) nlgeom = nlgeom || s.nlgeom;
   if (!def.adjust && nlgeom && t.gap > 1e-6 * size)
-    warn(d, def,
+    warn(d, "TIE", def.deck_line, "",
          text_format(
              "tied nodes are up to %.3g away from their master faces (ADJUST=NO): a rotation strains "
              "them by up to its angle times %.3g; ADJUST=YES moves them onto the faces",
