@@ -312,6 +312,8 @@ struct WorkShare {             // work balance of a divided model
   double lost   = 0.0;         // increments lost since then to uneven work
 };
 
+enum StepBegin { STEP_BEGUN, SUPPORTS_DUE, ELEMENTS_DUE };   // ELEMENTS_DUE: then the supports
+
 struct StepLog {               // data of the increment for the listing
   int step = 0;                // 1-based
   int inc = 0;                 // increment within the step, 1-based
@@ -322,6 +324,7 @@ struct StepLog {               // data of the increment for the listing
   double half = 0, half_limit = 0;  // half-increment residual and its limit; limit 0: not requested
   int grid_nodes = 0, grid_cells = 0, weak_nodes = 0, equations = 0;
   long contact_searched = 0, contact_skipped = 0;   // pair searches so far; skipped: surfaces far apart
+  int begin = STEP_BEGUN;      // what the step still has to change at its beginning
 };
 
 struct ErosionLog {            // a broken element

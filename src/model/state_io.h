@@ -232,9 +232,9 @@ inline void io(Archive& f, WorkShare& x)
 inline void io(Archive& f, StepLog& x)
 {
   auto& [step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, half, half_limit,
-         grid_nodes, grid_cells, weak_nodes, equations, contact_searched, contact_skipped] = x;
+         grid_nodes, grid_cells, weak_nodes, equations, contact_searched, contact_skipped, begin] = x;
   io_all(f, step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, half, half_limit, grid_nodes,
-         grid_cells, weak_nodes, equations, contact_searched, contact_skipped);
+         grid_cells, weak_nodes, equations, contact_searched, contact_skipped, begin);
 }
 
 inline void io(Archive& f, ErosionLog& x)

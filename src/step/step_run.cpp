@@ -80,19 +80,23 @@ void begin_step(const Step& s, State& st)
   st.clock.start = st.n.time;
   st.clock.dt    = s.dt;
   st.log.inc     = 0;
+  st.log.begin   = ELEMENTS_DUE;
   st.rate.clear();
   if (s.proc == PROC_STATIC) stop_motion(st);
   ledger_begin_step(st.ledger);
 }
 
-// Supports that begin with step k. They work on the kinetic energy that they change at once
-void begin_supports(Problem& p, int k)
+// Supports that begin with step k. They work on the kinetic energy that they change at once. FACES_UNKNOWN:
+// nothing has changed
+Failure begin_supports(Problem& p, int k)
 {
   State& st  = p.st;
   RealVec v  = st.n.v;
   const Step& s = p.m.step[k];
-  if (k == 0 || !step_supports(p.m, k, st.n.time, v)) return;
-  const bool known    = step_prepare(p, s).ok();
+  if (k == 0 || !step_supports(p.m, k, st.n.time, v)) return Failure();
+  const Failure prepared = step_prepare(p, s);
+  if (prepared.status == FACES_UNKNOWN) return prepared;
+  const bool known    = prepared.ok();
   const Ledger before = st.ledger;
   const auto kinetic  = [&]() {
     if (known) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
@@ -106,6 +110,7 @@ void begin_supports(Problem& p, int k)
   st.ledger = before;
   st.ledger.kinetic += change;
   st.ledger.external += change;
+  return Failure();
 }
 
 // can a shorter increment help? Not without memory or a finite value, outside the grid, without velocities at
@@ -225,6 +230,30 @@ Failure stop_for_faces(Problem& p, const Step& s, const StepLog& before, const S
   p.again    = AGAIN_FACES;
   step_turn_apart(p, s);
   return STATUS_OK;
+}
+
+// What changes with step k: elements that go and come, then supports. The run may stop before each, to be
+// repartitioned
+Failure enter_step(Problem& p, int k, Increment& inc)
+{
+  State& st     = p.st;
+  const Step& s = p.m.step[k];
+  Failure failure;
+  inc.before = st.log;
+  inc.clock  = st.clock;
+  inc.ledger = st.ledger;
+  if (st.log.begin == ELEMENTS_DUE) {
+    if (!s.change.empty() && step_prepare(p, s).status == FACES_UNKNOWN)
+      return stop_for_faces(p, s, st.log, st.clock);
+    failure      = step_change(p, k);
+    inc.spoilt   = !failure.ok();
+    st.log.begin = SUPPORTS_DUE;
+  }
+  if (failure.ok()) failure = begin_supports(p, k);
+  if (failure.status == FACES_UNKNOWN && !inc.spoilt) return stop_for_faces(p, s, st.log, st.clock);
+  st.log.begin = STEP_BEGUN;
+  step_warn_missed(p.m, s, st.clock.start, step_mode(s).mid);
+  return failure;
 }
 
 void begin_undo(State& st, bool copy, Increment& inc)
@@ -652,17 +681,9 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
     p.st.log.step = static_cast<int>(k) + 1;
     if (from == RUN_BEGIN || from == RUN_FILE || k > first) out_step_begin(p.m, static_cast<int>(k), out);
     Increment inc;
-    if (from == RUN_BEGIN || k > first) {
-      begin_step(p.m.step[k], p.st);
-      inc.before  = p.st.log;
-      inc.clock   = p.st.clock;
-      inc.ledger  = p.st.ledger;
-      failure     = step_change(p, static_cast<int>(k));
-      inc.spoilt  = !failure.ok();
-      begin_supports(p, static_cast<int>(k));
-      step_warn_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
-    }
-    if (failure.ok()) failure = run_step(p, p.m.step[k], inc, out);
+    if (from == RUN_BEGIN || k > first) begin_step(p.m.step[k], p.st);
+    if (p.st.log.begin != STEP_BEGUN) failure = enter_step(p, static_cast<int>(k), inc);
+    if (failure.ok() && !p.again) failure = run_step(p, p.m.step[k], inc, out);
     if (p.again) return EXIT_GOOD;
     if (!failure.ok()) report_failure(p, failure, inc, out);
     out_step_end(p.m, p.st, out);
