@@ -475,7 +475,8 @@ void check_means(Deck& d, const Model& m, const SplitMesh& s, const std::vector<
       std::vector<char> here(m.mesh.nnode(), 0);
       for (int n : b.node) here[n] = 1;
       const auto free_centre = [&](const Made& c) {
-        return !held[c.node] && std::all_of(c.around.begin(), c.around.end(), [&](int n) { return held[n]; }) &&
+        return !held[c.node] &&
+               std::all_of(c.around.begin(), c.around.end(), [&](int n) { return held[n]; }) &&
                std::any_of(c.around.begin(), c.around.end(), [&](int n) { return here[n]; });
       };
       const auto c = std::find_if(s.made.begin(), s.made.end(), free_centre);

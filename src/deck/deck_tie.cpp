@@ -260,8 +260,8 @@ void tie(Deck& d, Model& m, const TieDef& def)
   for (const Frame& f : m.frame)
     if (f.twin >= 0 && t.row_of.count(f.node))
       return fault(d, "TIE", def.deck_line, "",
-                   text_format("slave node %d has local directions (*TRANSFORM), and is supported or loaded in "
-                               "them; exchange slave and master surface",
+                   text_format("slave node %d has local directions (*TRANSFORM), and is supported or loaded "
+                               "in them; exchange slave and master surface",
                                m.mesh.node_label[f.node]));
   const double moved = def.adjust ? adjust(m, t) : 0.0;
   const double size = mortar_size(m.dim, m.mesh.X, slave);
