@@ -553,6 +553,24 @@ void check_reshape(Deck& d, const Model& m, const Body& b)
   if (comm_size() > 1) refuse_it("runs on one rank");
 }
 
+// friction along a plane of the grid                                                             (6.48)
+void check_grid_friction(Deck& d, const Model& m)
+{
+  for (const GridBc& b : m.grid_bc) {
+    if (b.friction == 0.0) continue;
+    const auto refuse_it = [&](const std::string& why) {
+      fault(d, "GRID BOUNDARY", b.deck_line, "FRICTION", "FRICTION: " + why);
+    };
+    if (b.first != b.axis || b.last != b.axis)
+      refuse_it("the plane is held along another direction than across; write that direction alone");
+    if (b.side == 0)
+      refuse_it("write an end of the grid, XMIN to ZMAX: between its ends both sides may press");
+    if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return !s.explicit_steps(); }))
+      refuse_it("in steps with *DYNAMIC, EXPLICIT only");
+    if (comm_size() > 1) refuse_it("runs on one rank");
+  }
+}
+
 // warns of overlapping boxes of points, which would double the material
 void check_overlap(Deck& d, const Model& m)
 {
@@ -899,6 +917,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_initial(d, m);
   check_fragments(d, m);
   check_bodies(d, m);
+  check_grid_friction(d, m);
   check_damping(d, m, body);
   check_explicit(d, m);
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);

@@ -146,7 +146,7 @@ const Keyword keyword_table[] = {
     {"GHOST", kw_ghost, IN_MODEL, "STIFFNESS|MASS",
      "ghost stabilisation of cells that are cut by the boundary of a body"},
     {"GRID", kw_grid, IN_MODEL, "WEAK|KEEP", "the box of equal cells that material points move through"},
-    {"GRID BOUNDARY", kw_grid_boundary, OUTSIDE, "AMPLITUDE",
+    {"GRID BOUNDARY", kw_grid_boundary, OUTSIDE, "AMPLITUDE|FRICTION",
      "prescribed displacements of all grid nodes on a plane"},
     {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},
     {"HISTORY", kw_history, ANYWHERE, "FREQUENCY", "columns of the history file (JOB.his)"},

@@ -50,16 +50,19 @@ void set_position(Deck& d, Model& m, std::size_t i, const GridPlane& p, const Fi
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *GRID BOUNDARY[, AMPLITUDE=] : plane, first[, last[, value]]
+// *GRID BOUNDARY[, AMPLITUDE=][, FRICTION=] : plane, first[, last[, value]]
 // ---------------------------------------------------------------------------
 void kw_grid_boundary(Card& card, Model& model)
 {
   const Field name = card_param_field(card, "AMPLITUDE");
+  const double friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
   while (card_line(card)) {
     GridBc b;
     GridPlane plane;
     if (!read_plane(card, model, plane)) continue;
     b.axis  = plane.axis;
+    b.side  = plane.side;
+    b.friction = friction;
     b.first = b.last = card_dof(card, model, "first direction");
     if (card_more(card) && card.field[card.next].empty()) ++card.next;
     else if (card_more(card)) b.last = card_dof(card, model, "last direction");

@@ -235,6 +235,8 @@ struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
   int first = 0, last = 0;     // dofs, 0-based
   Expr value;                  // displacement, from the start of the run
   int amplitude = -1;
+  double friction = 0.0;       // explicit steps: coefficient of friction along the plane
+  int side = 0;                // -1: at the lower end of the grid, 1: at the upper, 0: between
   DeckLine deck_line;
 };
 

@@ -134,8 +134,8 @@ inline void io(Archive& f, ViscousBoundary& x)
 
 inline void io(Archive& f, GridBc& x)
 {
-  auto& [axis, position, first, last, value, amplitude, deck_line] = x;
-  io_fields<GridBc>(f, axis, position, first, last, value, amplitude, deck_line);
+  auto& [axis, position, first, last, value, amplitude, friction, side, deck_line] = x;
+  io_fields<GridBc>(f, axis, position, first, last, value, amplitude, friction, side, deck_line);
 }
 
 inline void io(Archive& f, ContactSide& x)

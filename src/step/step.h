@@ -237,6 +237,7 @@ struct Attempt {
   RealVec* energy = nullptr;     // explicit: [nelem] energy of intact elements, if fracture is tested
   bool plain = false;            // explicit, no grid, no dampers: v and a are written to st.np1
   BulkStep bulk{};               // explicit: bulk viscosity
+  double friction = 0.0;         // explicit: energy that friction on planes of the grid takes
   Jumps jumps{};               // of du
   Start start{};
   Arc arc{};
@@ -451,6 +452,11 @@ RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a);
 
 // step_settle : statics: adds the energy lost by unbalanced forces at t(n) to st.ledger, by cause    (6.15)
 void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec& R0);
+
+// step_grid_friction : explicit: *GRID BOUNDARY, FRICTION changes the accelerations acc of the grid, and
+// reduces no velocity v + dt acc beyond zero; f: forces without it [neq]. Returns the power that it takes
+// at the velocity v                                                                                  (6.48)
+double step_grid_friction(const Problem& p, const RealVec& f, const RealVec& v, double dt, RealVec& acc);
 
 // step_initial_acceleration : a = M^-1 (fext - fint), at the start of a Newmark step and after fracture
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step);

@@ -245,6 +245,9 @@ Failure step_explicit(Problem& p, Attempt& a)
     if (s.bound.fixed[i] == DOF_FIXED) a.acc[i] = (s.bound.rate[i] - a.vgrid[i]) / a.dt;
   failure = turning_accelerations(p, a, f);
   if (!failure.ok()) return failure;
+  RealVec v(a.vgrid);
+  for (int i = 0; i < s.rows.neq(); ++i) v[i] += 0.5 * a.dt * a.agrid[i];
+  a.friction = a.dt * step_grid_friction(p, f, v, a.dt, a.acc);
   // 4. reactions: the residual, as in an implicit increment
   if (!reactions(p, f, a)) return BAD_NUMBER;
   tie_force(s, a.R);

@@ -374,6 +374,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   // 2. dissipation of ghosts and damping                                            (3.17), (6.21)
   finish_ghosts(m, p.d.grid, s, a, dv, st.ledger);
   finish_damping(m, p.d, s, a, st);
+  st.ledger.friction += a.friction;
   // 3. results
   finish_followers(p.d.follow, a, m.dim, st);
   finish_reactions(m, s, a.R, st);

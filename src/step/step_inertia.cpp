@@ -306,6 +306,35 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   return STATUS_OK;
 }
 
+namespace {
+
+// accelerations of the grid at t(n) from the forces
+Failure accelerations_at_start(Problem& p, Attempt& a)
+{
+  const Dofs& s = p.dofs;
+  RealVec Ma, ahead = p.st.n.degr;
+  ahead.swap(p.st.np1.degr);                         // degradation at t(n)
+  Failure failure = force_at_start(p, a);
+  ahead.swap(p.st.np1.degr);
+  if (failure.ok()) failure = inertia_at_start(p, a, Ma);
+  if (!failure.ok() || step_damps(p)) return failure;
+  RealVec f(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i) f[i] = a.fext0[i] - a.fint0[i];
+  if (s.rows.hung) {
+    step_keep_momentum(s, f, a.agrid);
+    return failure;
+  }
+  // contact forces have changed: nodes need the same forces as the grid
+  for (int i = 0; i < s.rows.nfe * s.rows.dim && !s.bound.tie.any; ++i)
+    if (s.bound.fixed[i] == DOF_FREE) a.agrid[i] = f[i] / s.mass.lumped[i / s.rows.dim];
+  step_keep_momentum(s, f, a.agrid);
+  step_grid_friction(p, f, a.vgrid, 0.5 * a.dt, a.agrid);
+  put_accelerations(p, a.agrid);
+  return failure;
+}
+
+}  // namespace
+
 Failure step_motion_begin(Problem& p, Attempt& a)
 {
   const Dofs& s = p.dofs;
@@ -331,22 +360,5 @@ Failure step_motion_begin(Problem& p, Attempt& a)
     std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + before.first * s.rows.dim);
     return STATUS_OK;
   }
-  RealVec Ma, ahead = p.st.n.degr;
-  ahead.swap(p.st.np1.degr);                         // degradation at t(n)
-  failure = force_at_start(p, a);
-  ahead.swap(p.st.np1.degr);
-  if (failure.ok()) failure = inertia_at_start(p, a, Ma);
-  if (!failure.ok() || step_damps(p)) return failure;
-  RealVec f(s.rows.neq());
-  for (int i = 0; i < s.rows.neq(); ++i) f[i] = a.fext0[i] - a.fint0[i];
-  if (s.rows.hung) {
-    step_keep_momentum(s, f, a.agrid);
-    return failure;
-  }
-  // contact forces have changed: nodes need the same forces as the grid
-  for (int i = 0; i < s.rows.nfe * s.rows.dim && !s.bound.tie.any; ++i)
-    if (s.bound.fixed[i] == DOF_FREE) a.agrid[i] = f[i] / s.mass.lumped[i / s.rows.dim];
-  step_keep_momentum(s, f, a.agrid);
-  put_accelerations(p, a.agrid);
-  return failure;
+  return accelerations_at_start(p, a);
 }

@@ -1,0 +1,56 @@
+#include <algorithm>
+#include <cmath>
+
+#include "step/step.h"
+
+namespace {
+
+// Rows with a smaller row sum relative to their diagonal are left out: weights of opposite sign cancel there
+// (no test)
+const double MIN_ROW_SUM = 0.05;
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// step_grid_friction : *GRID BOUNDARY, FRICTION                                       doc/theory.md (6.48)
+//
+//   in   f     forces of the rows without friction  [neq]
+//        v     velocity that the accelerations change by dt acc  [neq]
+//   in/out acc accelerations  [neq]
+// ---------------------------------------------------------------------------
+double step_grid_friction(const Problem& p, const RealVec& f, const RealVec& v, double dt, RealVec& acc)
+{
+  const Dofs& s   = p.dofs;
+  const int dim   = s.rows.dim;
+  const auto& all = p.m.grid_bc;
+  if (std::none_of(all.begin(), all.end(), [](const GridBc& b) { return b.friction > 0.0; })) return 0.0;
+  // 1. forces of the planes
+  RealVec R, change(s.rows.neq(), 0.0), taken;
+  mass_multiply(s, acc, R);
+  for (int i = s.rows.nfe * dim; i < s.rows.neq(); ++i) R[i] -= f[i];
+  // 2. accelerations along them, by the lumped mass
+  for (int i = s.rows.nfe * dim; i < s.rows.neq(); ++i) {
+    const int k = s.bound.grid_bc[i], r = i / dim;
+    if (k < 0 || all[k].friction == 0.0 || i % dim != all[k].axis) continue;
+    const double push = -all[k].side * R[i], mass = s.mass.lumped[r];
+    if (push <= 0.0 || mass <= MIN_ROW_SUM * s.mass.M_diag[r]) continue;
+    double along[3] = {}, speed = 0.0;
+    for (int j = 0; j < dim; ++j) {
+      if (s.bound.fixed[r * dim + j] != DOF_FREE) continue;
+      along[j] = v[r * dim + j] + dt * acc[r * dim + j];
+      speed += along[j] * along[j];
+    }
+    speed = std::sqrt(speed);
+    if (speed == 0.0) continue;
+    const double part = std::min(all[k].friction * push / mass, speed / dt) / speed;
+    for (int j = 0; j < dim; ++j) change[r * dim + j] = -part * along[j];
+  }
+  // 3. the power that they take
+  mass_multiply(s, change, taken);
+  double power = 0.0;
+  for (int i = 0; i < s.rows.neq(); ++i) {
+    acc[i] += change[i];
+    power -= taken[i] * v[i];
+  }
+  return power;
+}
