@@ -454,9 +454,10 @@ void check_arc(Deck& d, const Model& m, const Step& s)
   };
   const auto varies = [](const Expr& value, int amplitude) { return amplitude >= 0 || !value.is_const(); };
   if (&s != &m.step.back()) refuse(s.deck_line, "the step with *STATIC, RIKS must be the last one");
-  if (std::none_of(m.fracture.begin(), m.fracture.end(),
-                   [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; }))
-    refuse(s.deck_line, "*STATIC, RIKS requires cohesive cracks: write *EIGENFRACTURE, "
+  if (std::none_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& f) {
+        return f.criterion == CRITERION_COHESIVE && f.body < 0;
+      }))
+    refuse(s.deck_line, "*STATIC, RIKS requires cohesive cracks in finite elements: write *EIGENFRACTURE, "
                     "CRITERION=COHESIVE, or leave out RIKS");
   for (const Load& l : s.load) {
     if (!l.of_position && varies(l.value, l.amplitude))

@@ -107,6 +107,36 @@ double tensile_strength(const Material& a)
   return cone_part(a) * largest / (1.0 + a.friction / 3.0);
 }
 
+// COHESIVE: what a material that cracks must not have; empty: nothing
+std::string material_fault(const FractureDef& f, const Material& mat)
+{
+  if (mat.law != LAW_SVK && mat.law != LAW_DRUCKER_PRAGER)
+    return "CRITERION=COHESIVE requires *ELASTIC alone or with *DRUCKER PRAGER; leave out *PLASTIC and "
+           "*HYPERELASTIC of " + mat.name;
+  if (mat.law != LAW_DRUCKER_PRAGER || mat.yield.empty()) return "";
+  const double strength = tensile_strength(mat);
+  if (f.ft >= strength)
+    return "in tension " + mat.name + " yields at " + text_number(strength) +
+           ", below ft = " + text_number(f.ft) +
+           ", and cannot crack; lower ft, or raise *DRUCKER PRAGER HARDENING";
+  if (f.residual != SPLIT_CRACK)
+    return "a crack in " + mat.name + " with *DRUCKER PRAGER keeps the law of this material; leave out "
+           "RESIDUAL";
+  return "";
+}
+
+// COHESIVE: empty if what has this size follows the softening
+//   in   each, mend   words for such things, and how to make them smaller
+std::string size_fault(const FractureDef& f, const Material& mat, double size, const char* each,
+                       const char* mend)
+{
+  const double limit = max_elem_size(f, mat.young);
+  if (size <= limit) return "";
+  return "its size " + text_number(size) + " is too large for the softening, which needs " + each +
+         " below " + text_number(limit) + " (E Gc/ft^2 = " +
+         text_number(mat.young * f.gc / (f.ft * f.ft)) + "); " + mend + ", or lower ft";
+}
+
 // COHESIVE: needs elastic or Drucker-Prager material and elements small enough for the softening
 void check_cohesive(Deck& d, const Model& m)
 {
@@ -117,39 +147,53 @@ void check_cohesive(Deck& d, const Model& m)
       if (material < 0) break;                       // reported by check_elements
       const Material& mat  = m.material[material];
       const ElemType& type = elem_table[m.mesh.elem_type[e]];
-      const double limit    = max_elem_size(f, mat.young), size = diameter(m.mesh, e);
-      const auto fault     = [&](const std::string& text) {
-        refuse(d, "EIGENFRACTURE", f.deck_line, m.elset[f.elset].name,
-                   text_format("element %d: ", m.mesh.elem_label[e]) + text);
-      };
-      if (mat.law != LAW_SVK && mat.law != LAW_DRUCKER_PRAGER) {
-        fault("CRITERION=COHESIVE requires *ELASTIC alone or with *DRUCKER PRAGER; leave out *PLASTIC and "
-              "*HYPERELASTIC of " + mat.name);
-        break;
-      }
-      if (mat.law == LAW_DRUCKER_PRAGER && !mat.yield.empty()) {
-        const double strength = tensile_strength(mat);
-        if (f.ft >= strength) {
-          fault("in tension " + mat.name + " yields at " + text_number(strength) + ", below ft = " +
-                text_number(f.ft) + ", and cannot crack; lower ft, or raise *DRUCKER PRAGER HARDENING");
-          break;
-        }
-        if (f.residual != SPLIT_CRACK) {
-          fault("a crack in " + mat.name + " with *DRUCKER PRAGER keeps the law of this "
-                "material; leave out RESIDUAL");
-          break;
-        }
-      }
-      if (type.enhanced) {
-        fault(std::string("CRITERION=COHESIVE needs elements without enhanced strains, not ") + type.name);
-        break;
-      }
-      if (size <= limit) continue;
-      fault("its size " + text_number(size) + " is too large for the softening, which needs elements below " +
-            text_number(limit) + " (E Gc/ft^2 = " + text_number(mat.young * f.gc / (f.ft * f.ft)) +
-            "); refine the mesh, or lower ft");
+      std::string text = material_fault(f, mat);
+      if (text.empty() && type.enhanced)
+        text = std::string("CRITERION=COHESIVE needs elements without enhanced strains, not ") + type.name;
+      if (text.empty()) text = size_fault(f, mat, diameter(m.mesh, e), "elements", "refine the mesh");
+      if (text.empty()) continue;
+      refuse(d, "EIGENFRACTURE", f.deck_line, m.elset[f.elset].name,
+             text_format("element %d: ", m.mesh.elem_label[e]) + text);
       break;
     }
+  }
+}
+
+// diagonal of what opens as one in a body: a cell of the grid, or a larger domain of a point        (2.36a)
+double box_diagonal(const Model& m, const Body& b)
+{
+  double sum = 0.0;
+  for (int i = 0; i < m.dim; ++i) {
+    const double domain = b.cells[i] > 0 ? (b.hi[i] - b.lo[i]) / (b.cells[i] * b.per_cell) : 0.0,
+                 edge   = std::max(m.grid.h[i], domain);
+    sum += edge * edge;
+  }
+  return std::sqrt(sum);
+}
+
+// BODY=: gives each body its definition
+void check_bodies(Deck& d, Model& m)
+{
+  for (std::size_t i = 0; i < m.fracture.size(); ++i) {
+    const FractureDef& f = m.fracture[i];
+    if (f.body < 0) continue;
+    Body& b = m.body[f.body];
+    const auto fault = [&](const std::string& text) {
+      refuse(d, "EIGENFRACTURE", f.deck_line, b.name, "body " + b.name + ": " + text);
+    };
+    if (b.fracture >= 0)
+      fault(text_format("the *EIGENFRACTURE of line %d has it already",
+                        m.fracture[b.fracture].deck_line.line));
+    b.fracture = static_cast<int>(i);
+    if (f.criterion != CRITERION_COHESIVE || b.material < 0) continue;
+    if (b.reshape > 0.0) fault("RESHAPE would lose the directions of its cracks; leave it out");
+    if (m.grid.ghost_stiffness > 0.0)
+      fault("STIFFNESS of *GHOST would hold its cracks closed; leave it out");
+    std::string text = material_fault(f, m.material[b.material]);
+    if (text.empty() && m.grid.given)
+      text = size_fault(f, m.material[b.material], box_diagonal(m, b), "cells and points",
+                        "take smaller ones");
+    if (!text.empty()) fault(text);
   }
 }
 
@@ -274,5 +318,6 @@ void deck_fracture(Deck& d, Model& m)
   check_estimate(d, m);
   check_broken(d, m);
   check_cohesive(d, m);
+  check_bodies(d, m);
   for (ConversionDef& c : m.conversion) make_bodies(d, m, c);
 }

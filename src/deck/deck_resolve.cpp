@@ -34,6 +34,7 @@ void give_sections(Deck& d, Model& m)
 void mark_breaking(Model& m)
 {
   for (const FractureDef& f : m.fracture) {
+    if (f.body >= 0 && m.body[f.body].material >= 0) m.material[m.body[f.body].material].breaks = true;
     if (f.elset < 0) continue;
     for (int e : m.elset[f.elset].item) {
       const int section = m.mesh.elem_section[e];

@@ -70,10 +70,27 @@ void check_words(Card& card, const FractureDef& f)
                    std::string(name) + " has no meaning with CRITERION=COHESIVE; leave it out");
 }
 
+// BODY=: reports what bodies of material points do not have
+void check_body(Card& card, const FractureDef& f)
+{
+  const HeadParam* p = card_param(card, "BODY");
+  if (!p) return;
+  if (card_param(card, "ELSET"))
+    card_error(card, p->key, "ELSET and BODY exclude each other; write one definition for each");
+  if (f.criterion != CRITERION_COHESIVE)
+    card_error(card, p->key, "bodies of *MATERIAL POINTS crack with CRITERION=COHESIVE only; a crack with "
+                             "another criterion starts in finite elements, which *CONVERSION makes points");
+  for (const char* name : {"RESIDUAL", "ANGLE", "RELEASE"})
+    if (card_param(card, name))
+      card_error(card, card_param(card, name)->key,
+                 std::string(name) + " has no meaning with BODY: an open crack carries pressure alone; leave "
+                                     "it out");
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *EIGENFRACTURE, ELSET=[, CRITERION=GRIFFITH|ELEMENT|COHESIVE][, ESTIMATE=][, EPSILON=][, SPLIT=]
+// *EIGENFRACTURE, ELSET=|BODY=[, CRITERION=GRIFFITH|ELEMENT|COHESIVE][, ESTIMATE=][, EPSILON=][, SPLIT=]
 // [, RESIDUAL=][, STIFFNESS=] ... : Gc[, ft]
 // ---------------------------------------------------------------------------
 void kw_eigenfracture(Card& card, Model& model)
@@ -104,7 +121,11 @@ void kw_eigenfracture(Card& card, Model& model)
   check_words(card, f);
   if (card_param(card, "SEED") && !card_param(card, "WEIBULL"))
     card_error(card, card_param(card, "SEED")->key, "SEED requires WEIBULL=modulus");
-  const Field elset = card_param_field(card, "ELSET");
+  check_body(card, f);
+  const Field elset = card_param_field(card, "ELSET"), body = card_param_field(card, "BODY");
+  if (elset.empty() && body.empty())
+    card_error(card, card.head.at, "*EIGENFRACTURE needs ELSET=name of the elements that may break, or "
+                                   "BODY=name of a body of *MATERIAL POINTS");
   if (!card_line(card)) {
     card_error(card, card.head.at,
                f.criterion == CRITERION_COHESIVE
@@ -118,5 +139,8 @@ void kw_eigenfracture(Card& card, Model& model)
   card_end(card);
   const std::size_t i = model.fracture.size();
   model.fracture.push_back(f);
-  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { m.fracture[i].elset = target_elset(d, m, elset); });
+  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
+    if (!elset.empty()) m.fracture[i].elset = target_elset(d, m, elset);
+    else if (!body.empty()) m.fracture[i].body = target_body(d, m, body);
+  });
 }

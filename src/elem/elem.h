@@ -36,7 +36,7 @@ struct ElemBlock {
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
   // cohesive cracks
-  bool opens() const { return law.kind == LAW_COHESIVE || law.kind == LAW_COHESIVE_FLOW; }
+  bool opens() const { return law_opens(law.kind); }
   // enhanced strains with an initial stress (2.46)
   bool enhanced_start() const { return elem_table[type].enhanced && law.initial >= 0; }
   // uncracked elements use the short form

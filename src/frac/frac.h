@@ -286,6 +286,11 @@ struct Fragments {
   int count() const { return static_cast<int>(item.size()) - 1; }
 };
 
+// frac_points_open : points of the deck whose cohesive crack opened between l0 and l1, of all ranks in the
+// order of their labels; their number, crack area and position are added to fr. Collective
+std::vector<ErosionLog> frac_points_open(const Model& m, const Points& pts, const Level& l0, const Level& l1,
+                                         Fracture& fr);
+
 // frac_connect : of_elem, of_point of f: 0 debris, 1 ... fragments in the order of their smallest node or
 // corner. Returns the number of fragments, of all ranks.  doc/theory.md (7.30)
 int frac_connect(const Model& m, const Elements& el, const State& st, Fragments& f);

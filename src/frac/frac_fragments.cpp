@@ -27,10 +27,16 @@ void join_elements(const Model& m, const Elements& el, Forest& forest)
       forest.join(m.mesh.conn.begin(e)[0], m.mesh.conn.begin(e)[a]);
 }
 
-void join_points(const Model& m, const Points& pts, Forest& forest)
+bool intact_point(const Model& m, const State& st, int p)
 {
+  return st.points.broken[p] < 0 && !point_open(m, st.points, st.n, p);
+}
+
+void join_points(const Model& m, const State& st, Forest& forest)
+{
+  const Points& pts = st.points;
   for (int p = 0; p < pts.npoint; ++p)
-    for (int a = 1; pts.broken[p] < 0 && a < pts.conn.count(p); ++a)
+    for (int a = 1; intact_point(m, st, p) && a < pts.conn.count(p); ++a)
       forest.join(m.mesh.nnode() + pts.conn.begin(p)[0], m.mesh.nnode() + pts.conn.begin(p)[a]);
   // corners at nodes of elements  (7.14)
   for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
@@ -72,9 +78,10 @@ bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b
 
 // joins item with point p if p is intact and its domain at t = 0 contains or touches the bond
 //   in   at   position of the bond, item   at its side A
-void join_bond(const Model& m, const Points& pts, const double* at, int item, int p, Forest& forest)
+void join_bond(const Model& m, const State& st, const double* at, int item, int p, Forest& forest)
 {
-  if (pts.broken[p] >= 0) return;
+  if (!intact_point(m, st, p)) return;
+  const Points& pts = st.points;
   double X[24], xi[3];
   for (int a = 0; a < pts.conn.count(p); ++a)
     for (int i = 0; i < m.dim; ++i) X[a * m.dim + i] = pts.Xc[pts.conn.begin(p)[a] * m.dim + i];
@@ -83,15 +90,16 @@ void join_bond(const Model& m, const Points& pts, const double* at, int item, in
 }
 
 // bonds of conversion: the points of the elements at the bond
-void join_converted(const Model& m, const Points& pts, const Bonds& b, const ListTable& of_node, int q,
-                    Forest& forest)
+void join_converted(const Model& m, const State& st, const ListTable& of_node, int q, Forest& forest)
 {
+  const Points& pts = st.points;
+  const Bonds& b    = st.bonds;
   const int n = b.a.item[b.a.off[q]];
   for (int k = of_node.off[n]; k < of_node.off[n + 1]; ++k) {
     const int e = of_node.item[k];
     if (!pts.converted(e) || !holds(m, b, q, e)) continue;
     for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
-      if (m.body[pts.body[p]].field == b.field[q]) join_bond(m, pts, &b.X[3 * q], n, p, forest);
+      if (m.body[pts.body[p]].field == b.field[q]) join_bond(m, st, &b.X[3 * q], n, p, forest);
   }
 }
 
@@ -149,9 +157,9 @@ std::vector<TiedBond> tied_bonds(const Model& m, const Elements& el, const State
 }
 
 // joins side A of each bond, item first + k of the forest, with the points of its body
-void join_tied(const Model& m, const Points& pts, const std::vector<TiedBond>& bond, int first,
-                 Forest& forest)
+void join_tied(const Model& m, const State& st, const std::vector<TiedBond>& bond, int first, Forest& forest)
 {
+  const Points& pts = st.points;
   for (std::size_t k = 0; k < bond.size(); ++k)
     if (bond[k].node >= 0) forest.join(bond[k].node, first + static_cast<int>(k));
   for (int p = 0; p < pts.npoint && !bond.empty(); ++p) {
@@ -165,7 +173,7 @@ void join_tied(const Model& m, const Points& pts, const std::vector<TiedBond>& b
     for (auto t = std::lower_bound(bond.begin(), bond.end(), lo - margin, below);
          t != bond.end() && t->X[0] <= hi + margin; ++t)
       if (t->body == pts.body[p])
-        join_bond(m, pts, t->X, first + static_cast<int>(t - bond.begin()), p, forest);
+        join_bond(m, st, t->X, first + static_cast<int>(t - bond.begin()), p, forest);
   }
 }
 
@@ -174,7 +182,7 @@ void join_bonds(const Model& m, const Elements& el, const State& st, const ListT
 {
   const Bonds& b = st.bonds;
   for (int q = b.nfixed; q < b.nbond && st.points.npoint > 0; ++q)
-    if (ties(m, el, st.frac, b, of_node, q)) join_converted(m, st.points, b, of_node, q, forest);
+    if (ties(m, el, st.frac, b, of_node, q)) join_converted(m, st, of_node, q, forest);
 }
 
 // divided model: names of all ranks, ascending
@@ -212,8 +220,8 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
   const int first = m.mesh.nnode() + pts.ncorner;
   Forest forest(first + static_cast<int>(bond.size()));     // nodes, corners, bonds
   join_elements(m, el, forest);
-  join_points(m, pts, forest);
-  join_tied(m, pts, bond, first, forest);
+  join_points(m, st, forest);
+  join_tied(m, st, bond, first, forest);
   join_bonds(m, el, st, of_node, forest);
   IntVec root;
   for (int i = 0; i < static_cast<int>(forest.up.size()); ++i) root.push_back(forest.root(i));
@@ -231,7 +239,7 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
   for (int e = 0; e < m.mesh.nelem(); ++e)
     if (intact_elem(el, e)) name.push_back(of_elem(e));
   for (int p = 0; p < pts.npoint; ++p)
-    if (pts.broken[p] < 0) name.push_back(of_point(p));
+    if (intact_point(m, st, p)) name.push_back(of_point(p));
   gather_names(m.part, name);
   const auto number = [&](int root_of) {
     return static_cast<int>(std::lower_bound(name.begin(), name.end(), root_of) - name.begin()) + 1;
@@ -241,7 +249,7 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
   for (int e = 0; e < m.mesh.nelem(); ++e)
     if (el.block_of[e] >= 0) f.of_elem[e] = intact_elem(el, e) ? number(of_elem(e)) : 0;
   for (int p = 0; p < pts.npoint; ++p)
-    if (pts.broken[p] < 0) f.of_point[p] = number(of_point(p));
+    if (intact_point(m, st, p)) f.of_point[p] = number(of_point(p));
   return static_cast<int>(name.size());
 }
 

@@ -255,6 +255,7 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
   const Sizes s = find_sizes(m.mesh, m.dim);
   RealVec reach(m.mesh.nelem(), 0.0), all(reach);
   for (const FractureDef& f : m.fracture) {
+    if (f.elset < 0) continue;
     const Reach r = reach_of(m, f);
     for (int e : m.elset[f.elset].item) {
       reach[e] = CURVED_FACTOR * r.most * s.around[e];

@@ -87,7 +87,8 @@ Law& law_other();
 // law_is_general : does intact material need law_step? false: it has the short form of elem/kernel.h
 inline bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar || law.initial >= 0; }
 
-// law_history : history variables of an integration point: maximum over the materials of the model
+// law_history : history variables of an integration point: maximum over the materials of the model; with
+// cohesive bodies one more, for their points
 int law_history(const Model& m);
 
 // law_place_initial : sets the index of the initial strain in the history, in all materials that have one
@@ -163,7 +164,7 @@ CrackLaw crack_of(const FractureDef& d);
 // crack_strength : stress at which this crack begins to open                      force/length^2
 inline double crack_strength(const CrackLaw& c) { return c.strength * c.scatter; }
 
-// crack_width : extent of the element of this crack along N [3]                                   length
+// crack_width : extent of the element, or of the box of the point, of this crack along N [3]      length
 double crack_width(const CrackLaw& c, const double* N);
 
 // crack_next_width : of the next increment: along the mean normal of the element, until the crack has opened
@@ -178,8 +179,10 @@ double crack_open(const CrackLaw& c);
 //   in   S   stress [6];  h  history;   out  N  normal of the crack [3]
 double crack_share(const MatLaw& law, const double* S, const double* h, double* N);
 
-// crack_opening, crack_normal [3] : of the history h of a cohesive law; normal 0: not cracked
+// crack_opening, crack_band, crack_normal [3] : largest opening, width of the band and normal, of the
+// history h of a cohesive law; normal 0: not cracked
 double crack_opening(const MatLaw& law, const double* h);
+double crack_band(const MatLaw& law, const double* h);
 const double* crack_normal(const MatLaw& law, const double* h);
 
 // yield_stress : (2.26), at the equivalent plastic strain a; slope: its derivative. yield_work : its integral

@@ -219,8 +219,26 @@ CrackLaw crack_of(const FractureDef& d)
   return c;
 }
 
+namespace {
+
+// width of the box of a material point along the normal F N in space
+double box_width(const CrackLaw& c, const double* N)
+{
+  double sum = 0.0, length = 0.0;
+  for (int i = 0; i < c.dim; ++i) {
+    double n = 0.0;
+    for (int j = 0; j < c.dim; ++j) n += c.F[3 * i + j] * N[j];
+    sum += std::fabs(n) * c.box[i];
+    length += n * n;
+  }
+  return sum / std::sqrt(length);
+}
+
+}  // namespace
+
 double crack_width(const CrackLaw& c, const double* N)
 {
+  if (!c.X) return box_width(c, N);
   double lo = 0.0, hi = 0.0;
   for (int a = 0; a < c.nodes; ++a) {
     double at = 0.0;
@@ -250,6 +268,8 @@ const double* crack_normal(const MatLaw& law, const double* h)
 }
 
 double crack_opening(const MatLaw& law, const double* h) { return crack_normal(law, h)[CRACK_OPENING]; }
+
+double crack_band(const MatLaw& law, const double* h) { return crack_normal(law, h)[CRACK_WIDTH]; }
 
 double crack_share(const MatLaw& law, const double* S, const double* h, double* N)
 {

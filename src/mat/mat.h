@@ -26,7 +26,7 @@ struct KernelMode {
   double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
 };
 
-// Cohesive crack: LAW_COHESIVE
+// Cohesive crack: LAW_COHESIVE, LAW_COHESIVE_FLOW
 struct CrackLaw {
   Softening softening = SOFTENING_LINEAR;
   double strength = 0.0;       // force/length^2
@@ -34,6 +34,8 @@ struct CrackLaw {
   double scatter  = 1.0;       // factor of both
   const double* X = nullptr;   // nodes of the element [nodes*dim], relative to the first one
   int nodes = 0, dim = 0;
+  // material point instead: edges of the box that opens, along the axes of space, and its F at t(n) (2.33a)
+  double box[3] = {0, 0, 0}, F[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   double across[3] = {0, 0, 0};        // mean normal of the cracks of the element at t(n); 0: widths stay
   CrackTangent tangent = CRACK_TANGENT;      // KernelMode
 };

@@ -52,7 +52,7 @@ int model_find_body(const Model& m, const std::string& name) { return find_name(
 std::vector<Member> model_members(const Model& m, const FractureDef& d)
 {
   std::vector<Member> all = d.member;
-  for (size_t k = 0; !m.part.on && k < m.elset[d.elset].item.size(); ++k)
+  for (size_t k = 0; !m.part.on && d.elset >= 0 && k < m.elset[d.elset].item.size(); ++k)
     all.push_back({m.elset[d.elset].item[k], static_cast<int>(k)});
   return all;
 }

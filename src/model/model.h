@@ -125,6 +125,9 @@ enum LawKind {
 // law_flows : is it plasticity?
 inline bool law_flows(LawKind law) { return law == LAW_J2 || law == LAW_DRUCKER_PRAGER; }
 
+// law_opens : the laws of cohesive cracks
+inline bool law_opens(LawKind kind) { return kind == LAW_COHESIVE || kind == LAW_COHESIVE_FLOW; }
+
 enum Hardening { HARDENING_COMPRESSION, HARDENING_TENSION, HARDENING_SHEAR };
 
 struct Material {
@@ -204,6 +207,7 @@ struct Body {                  // *MATERIAL POINTS
   // 0: the domains share their corners
   double reshape = 0.0;
   bool hang = false;           // FILL_CONVERSION: corners may follow nodes of the mesh (7.14)
+  int fracture = -1;           // index into Model::fracture of its cohesive cracks, -1: none
   CellRanks rank;              // divided model, FILL_BLOCK, FILL_REGION
   DeckLine deck_line;
 };
@@ -319,7 +323,8 @@ enum Estimate { ESTIMATE_AUTO, ESTIMATE_FORCE, ESTIMATE_BALL };
 enum ErosionOrder { ORDER_STRONGEST, ORDER_ALL };
 
 struct FractureDef {           // *EIGENFRACTURE
-  int elset = -1;              // elements that may break
+  int elset = -1;              // elements that may break, or
+  int body  = -1;              // CRITERION_COHESIVE: a body of material points
   Criterion criterion = CRITERION_GRIFFITH;
   Estimate estimate   = ESTIMATE_AUTO;   // AUTO: FORCE in statics, BALL in dynamics
   Split drive    = SPLIT_RCE;  // psi+ of the criterion

@@ -361,7 +361,7 @@ ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& ou
       of.member.push_back({of.face[k].elem, static_cast<int>(k)});
   }
   for (FractureDef& f : c.rest.fracture)
-    for (std::size_t k = 0; k < c.rest.elset[f.elset].item.size(); ++k)
+    for (std::size_t k = 0; f.elset >= 0 && k < c.rest.elset[f.elset].item.size(); ++k)
       f.member.push_back({c.rest.elset[f.elset].item[k], static_cast<int>(k)});
   IntVec all(c.mesh.nelem());
   std::iota(all.begin(), all.end(), 0);

@@ -115,9 +115,9 @@ inline void io(Archive& f, CellRanks& x)
 inline void io(Archive& f, Body& x)
 {
   auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, reshape, hang,
-         rank, deck_line] = x;
+         fracture, rank, deck_line] = x;
   io_fields<Body>(f, name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field,
-                  reshape, hang, rank, deck_line);
+                  reshape, hang, fracture, rank, deck_line);
 }
 
 inline void io(Archive& f, Grid& x)
@@ -192,12 +192,12 @@ inline void io(Archive& f, Member& x)
 
 inline void io(Archive& f, FractureDef& x)
 {
-  auto& [elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon, spacing,
-         interval, stiffness, release, average, tolerance, fallback, start, ft, softening, member,
+  auto& [elset, body, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon,
+         spacing, interval, stiffness, release, average, tolerance, fallback, start, ft, softening, member,
          deck_line] = x;
-  io_fields<FractureDef>(f, elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed,
-                         epsilon, spacing, interval, stiffness, release, average, tolerance, fallback, start,
-                         ft, softening, member, deck_line);
+  io_fields<FractureDef>(f, elset, body, criterion, estimate, drive, residual, friction, order, gc, weibull,
+                         seed, epsilon, spacing, interval, stiffness, release, average, tolerance, fallback,
+                         start, ft, softening, member, deck_line);
 }
 
 inline void io(Archive& f, ConversionDef& x)

@@ -48,6 +48,8 @@ double crack_tip(const ModelNow& now, int axis)
     most = std::max(most, sign * x);
   }
   if (m.part.on) comm_max(&most, 1);
+  const Fracture& f = now.s.frac;
+  if (f.most[axis] >= f.least[axis]) most = std::max(most, now.first ? -f.least[axis] : f.most[axis]);
   return most == none ? std::numeric_limits<double>::quiet_NaN() : sign * most;
 }
 

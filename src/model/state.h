@@ -185,6 +185,8 @@ struct Fracture {              // empty arrays: no fracture, no conversion
   // totals of releasing, converted and released over ranks
   int nreleasing = 0, nconverted = 0, nreleased = 0;
   double area = 0.0;           // crack area: sum of V/h over broken elements    length x thickness
+  // smallest and largest coordinates of centres of points whose cohesive crack has opened
+  double least[3] = {1e300, 1e300, 1e300}, most[3] = {-1e300, -1e300, -1e300};
   bool empty() const { return phase.empty(); }
 };
 

@@ -171,7 +171,8 @@ void print_strength(std::FILE* file, const FractureDef& f, const Material& mat, 
   const double E = mat.young, E1 = plane == PLANE_STRESS ? E : E / (1.0 - mat.poisson * mat.poisson);
   if (f.criterion == CRITERION_COHESIVE) {
     const double zone = E * f.gc / (f.ft * f.ft);
-    std::fprintf(file, ", strength %.4g, E Gc/ft^2 = %.4g: %.3g elements\n", f.ft, zone, zone / h);
+    std::fprintf(file, ", strength %.4g, E Gc/ft^2 = %.4g: %.3g %s\n", f.ft, zone, zone / h,
+                 f.body < 0 ? "elements" : "cells");
     return;
   }
   if (f.criterion == CRITERION_GRIFFITH && f.epsilon == 0.0 && f.drive == SPLIT_RCE) {
@@ -180,6 +181,15 @@ void print_strength(std::FILE* file, const FractureDef& f, const Material& mat, 
                  (plane == PLANE_NONE ? 0.413 : 0.393) * mesh);
   }
   std::fprintf(file, "\n");
+}
+
+// the same of a body of material points, h the edge of a cell of its grid
+void print_body_strength(std::FILE* file, const Model& m, const FractureDef& f)
+{
+  const Body& b  = m.body[f.body];
+  const double h = *std::max_element(m.grid.h.begin(), m.grid.h.begin() + m.dim);
+  std::fprintf(file, "  may break: points of %s, cells %.4g, toughness %.4g", b.name.c_str(), h, f.gc);
+  print_strength(file, f, m.material[b.material], b.plane, h);
 }
 
 // plane strain or stress of the elements of a section, as named in the deck
@@ -192,8 +202,9 @@ Plane plane_of(const Model& m, std::size_t section)
 
 void print_fracture(std::FILE* file, const Model& m, const Elements& el)
 {
-  for (const FractureDef& f : m.fracture)
-    for (std::size_t i = 0; i < m.section.size(); ++i) {
+  for (const FractureDef& f : m.fracture) {
+    if (f.body >= 0) print_body_strength(file, m, f);
+    for (std::size_t i = 0; f.elset >= 0 && i < m.section.size(); ++i) {
       double sum[2] = {0.0, 0.0};
       const Plane plane = plane_of(m, i);
       for (const Member& x : model_members(m, f)) {
@@ -209,6 +220,7 @@ void print_fracture(std::FILE* file, const Model& m, const Elements& el)
                    m.elset[m.section[i].elset].name.c_str(), h, f.gc);
       print_strength(file, f, m.material[m.section[i].material], plane, h);
     }
+  }
 }
 
 void print_bodies(std::FILE* file, const Model& m, const Points& pts)

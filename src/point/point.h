@@ -190,6 +190,7 @@ bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const Gri
 struct PointLaws {
   std::vector<MatLaw> body;    // [Model::body]
   int history = 0;             // history variables of a point
+  int viscous = -1;            // cohesive bodies: of them, the pressure of the bulk viscosity (6.35)
   ListTable group;             // intact points of one initial cell or element; empty: no law needs groups
   IntVec group_of;             // [npoint] -1: none; empty: no groups
   bool in_group(int p) const { return !group_of.empty() && group_of[p] >= 0; }
@@ -266,6 +267,22 @@ RealVec point_velocities(const Points& pts, int dim, const RealVec& vc);
 inline size_t point_history_size(const Points& pts, const Level& l)
 {
   return pts.npoint ? l.hp.size() / pts.npoint : 0;
+}
+
+// point_crack_law : changes the law of a body with CRITERION_COHESIVE to the cohesive one
+void point_crack_law(const Model& m, const Body& body, MatLaw& law);
+
+// point_crack : the data of the cohesive crack of point p, at t(n) = l, in the law of its body      (2.36a)
+void point_crack(const Model& m, const Points& pts, const Level& l, int p, CrackTangent tangent, MatLaw& law);
+
+// point_opening : largest opening of the cohesive crack of a point of the deck, relative to that at which
+// its traction is zero; 0: it has none. point_open : is there no traction left?
+double point_opening(const Model& m, const Points& pts, const Level& l, int p);
+// point_crack_width : width of its band                                                          length
+double point_crack_width(const Model& m, const Points& pts, const Level& l, int p);
+inline bool point_open(const Model& m, const Points& pts, const Level& l, int p)
+{
+  return point_opening(m, pts, l, p) >= 1.0;
 }
 
 // broken_law : of point p, which is broken, when its stress has gone

@@ -4,7 +4,7 @@
 #include "base/comm.h"
 #include "base/sort_once.h"
 #include "elem/kernel_general.h"
-#include "point/point.h"
+#include "point/point_body.h"
 
 namespace {
 
@@ -35,9 +35,15 @@ void gradient(const Points& pts, const RealVec& uc, int p, double* H)
 }
 
 // law of point p, from the law of its body: intact, or broken with the degradation factor c
-MatLaw law_now(const Model& m, const Points& pts, const MatLaw& of_body, int p, double c)
+//   in   l   cohesive: t(n)
+MatLaw law_now(const Model& m, const Points& pts, const MatLaw& of_body, const Level& l, CrackTangent tangent,
+               int p, double c)
 {
-  if (!pts.eroded(p)) return of_body;
+  if (!pts.eroded(p)) {
+    MatLaw law = of_body;
+    if (law_opens(law.kind)) point_crack(m, pts, l, p, tangent, law);
+    return law;
+  }
   return law_broken(of_body, m.fracture[pts.broken[p]], c, &pts.normal[3 * static_cast<size_t>(p)]);
 }
 
@@ -127,6 +133,15 @@ inline void add_corner_forces(const Points& pts, const int* point, int n, int ne
       for (int i = 0; i < D; ++i) fc[pts.conn.begin(point[l])[a] * D + i] += re[a * D + i][l];
 }
 
+// det F F^-T of F = 1 + H
+template <int D>
+void cofactor(const double* H, double* cof)
+{
+  using Mat = Eigen::Matrix<double, D, D, Eigen::RowMajor>;
+  const Mat F = Mat::Identity() + Eigen::Map<const Mat>(H);
+  Eigen::Map<Mat>{cof} = F.determinant() * F.inverse().transpose();
+}
+
 // Fb, S and, unless C is null, C of a point that is broken or of a general law
 template <int D>
 Status form_one(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
@@ -135,7 +150,41 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
 {
   const double c      = pts.eroded(p) ? degr_of_step(l0, l1, mode.mid, pts.parent[p]) : 1.0;
   const HistoryStep h = history_of(law, l0, l1, p);
-  return ip_general<D>(law_now(m, pts, law.body[pts.body[p]], p, c), mode, H0, H1, h.n, h.np1, Fb, S, C);
+  return ip_general<D>(law_now(m, pts, law.body[pts.body[p]], l0, mode.crack, p, c), mode, H0, H1, h.n, h.np1,
+                       Fb, S, C);
+}
+
+// Explicit, cohesive: adds the bulk viscosity of point p, intact or cracking, to the forces re of its
+// corners. Its length is the smallest edge of the box that opens; a crack has none, and loses that of t(n)
+//                                                                                                  (6.35)
+template <int D>
+void add_bulk(const Model& m, const Points& pts, const PointLaws& law, const Level& l0, Level& l1, int p,
+              const double* H0, const double* H1, BulkStep& k, double* re)
+{
+  const HistoryStep h = history_of(law, l0, l1, p);
+  const double before = h.n[law.viscous];
+  const bool opens    = crack_opening(law.body[pts.body[p]], h.n) > 0.0;
+  h.np1[law.viscous] = 0.0;
+  if (opens && before == 0.0) return;
+  const MatLaw of = law_now(m, pts, law.body[pts.body[p]], l0, CRACK_TANGENT, p, 1.0);
+  const double* box    = of.crack.box;
+  const double density = of.material->density, c = std::sqrt((of.lam + 2.0 * of.mu) / density),
+               size    = *std::min_element(box, box + D), J0 = ip_det<D>(H0), J1 = ip_det<D>(H1);
+  double q = before;
+  if (k.dt > 0.0) {
+    const double rate = (J1 - J0) / (0.5 * (J0 + J1) * k.dt),
+                 xi   = k.linear + k.quadratic * k.quadratic * size / c * std::max(0.0, -rate);
+    q = opens ? 0.0 : density * c * size * xi * rate;
+    k.loss += 0.5 * pts.V0[p] * (before + q) * (J1 - J0);
+    if (!opens) k.xi = std::max(k.xi, xi);
+  }
+  h.np1[law.viscous] = q;
+  double cof[D * D];
+  cofactor<D>(H1, cof);
+  const double* G = pts.G(p);
+  for (int a = 0; a < pts.conn.count(p); ++a)
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) re[a * D + i] += pts.V0[p] * q * cof[i * D + j] * G[a * D + j];
 }
 
 // ---- released points: the one mean gradient of a domain does not see the hourglass modes of its corners;
@@ -334,14 +383,17 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
     }
   }, [&](int p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
+    const bool viscous = mode.bulk && law_opens(law.body[pts.body[p]].kind) && !pts.eroded(p);
     gradient<D>(pts, l1.uc, p, H1);
-    if (reads_old(pts, law, mode, p)) gradient<D>(pts, l0.uc, p, H0);
+    if (viscous || reads_old(pts, law, mode, p)) gradient<D>(pts, l0.uc, p, H0);
     if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, nullptr) != STATUS_OK) {
       *worst = p;
       status = BAD_JACOBIAN;
       return;
     }
     ip_force<D, 0>(pts.G(p), pts.conn.count(p), pts.V0[p], Fb, S, re);
+    if (viscous) add_bulk<D>(m, pts, law, l0, l1, p, H0, H1, *mode.bulk, re);
+    else if (law_opens(law.body[pts.body[p]].kind)) history_of(law, l0, l1, p).np1[law.viscous] = 0.0;
     for (int a = 0; a < pts.conn.count(p); ++a)
       for (int i = 0; i < D; ++i) fc[pts.conn.begin(p)[a] * D + i] += re[a * D + i];
   });
@@ -501,12 +553,24 @@ void point_tangent_pack(int dim, const Points& pts, const PointLaws& law, const 
   else tangent_pack<3>(pts, law, mode, uc0, uc1, g, point, ke);
 }
 
+namespace {
+
+// law of the intact points of a body
+MatLaw law_of_body(const Model& m, const Body& body)
+{
+  MatLaw law = mat_law(m.material[body.material], m.dim == 2 ? body.plane : PLANE_NONE);
+  point_crack_law(m, body, law);
+  return law;
+}
+
+}  // namespace
+
 PointLaws point_laws(const Model& m)
 {
   PointLaws law;
-  for (const Body& b : m.body)
-    law.body.push_back(mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE));
+  for (const Body& b : m.body) law.body.push_back(law_of_body(m, b));
   law.history = law_history(m);
+  law.viscous = law.history - 1;
   return law;
 }
 
@@ -597,20 +661,22 @@ double viscous_loss(const Points& pts, const PointLaws& law, const Level& l0, co
 // c: degradation factor of a broken point
 void point_fields(const Model& m, const Points& pts, const Level& l, int p, double c, IpFields& out)
 {
-  const Body& b    = m.body[pts.body[p]];
-  const MatLaw law = mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE);
+  const MatLaw law = law_of_body(m, m.body[pts.body[p]]);
   point_motion(pts, m.dim, l.uc, p, out);
   if (!pts.eroded(p) && !law_is_general(law)) {
     ip_fields_from(law, m.dim, true, out);
     return;
   }
   double E[6], scale;
-  const MatLaw now = law_now(m, pts, law, p, c);
+  MatLaw now = law_now(m, pts, law, l, CRACK_TANGENT, p, c);
+  std::fill_n(now.crack.across, 3, 0.0);             // the width of l
   if (m.dim == 2) general_strain<2>(pts, now, l.uc, p, E, &scale);
   else general_strain<3>(pts, now, l.uc, p, E, &scale);
   ip_general_from(now, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
   const double deviation = 3.0 * std::log(scale);            // thetabar - theta
   out.psi += 0.5 * volume_penalty(now) * deviation * deviation;
+  if (law_opens(law.kind) && !pts.eroded(p))
+    out.opening = crack_opening(law, history_at(l.hp, point_history_size(pts, l), p));
 }
 
 }  // namespace
@@ -650,11 +716,14 @@ void point_dissipated(const Model& m, const Points& pts, const Level& l, const I
   const size_t history = point_history_size(pts, l);
   if (history == 0) return;
   for (int p : owned) {
-    const bool opened = pts.eroded(p) && m.fracture[pts.broken[p]].criterion == CRITERION_COHESIVE;
+    const bool broken = pts.eroded(p) && m.fracture[pts.broken[p]].criterion == CRITERION_COHESIVE,
+               opened = broken || m.body[pts.body[p]].fracture >= 0;
     const double* h = history_at(l.hp, history, p);
     double flowed   = 0.0;
-    if (opened && law_flows(point_material(m, pts, p).law))
-      flowed = h[law_field(law_of(broken_law(m, pts, p)), HISTORY_FLOW_WORK)];
+    if (opened && law_flows(point_material(m, pts, p).law)) {
+      const MatLaw law = broken ? broken_law(m, pts, p) : law_of_body(m, m.body[pts.body[p]]);
+      flowed = h[law_field(law_of(law), HISTORY_FLOW_WORK)];
+    }
     (opened ? cohesive : plastic) += pts.V0[p] * (h[HISTORY_DISSIPATED] - flowed);
     plastic += pts.V0[p] * flowed;
   }

@@ -334,7 +334,10 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
     failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   }
   st.log.iterations = iterations;
-  return failure.ok() ? reshape(p, s, t, inc) : failure;
+  if (!failure.ok()) return failure;
+  const std::vector<ErosionLog> open = frac_points_open(p.m, st.points, inc.undo.n, st.n, st.frac);
+  st.eroded.insert(st.eroded.end(), open.begin(), open.end());
+  return reshape(p, s, t, inc);
 }
 
 // restores t(n) after a failed attempt, with the ledger of before. True: a shorter attempt follows

@@ -158,6 +158,32 @@ TEST(Cohesive, WidthIsThatAlongTheNormal)
   EXPECT_NEAR(b.h[HISTORY_DISSIPATED], 0.01 / (0.3 * n), 1e-9);
 }
 
+// a material point: the width of its box along the normal in space
+TEST(Cohesive, WidthOfAPointIsThatOfItsBox)
+{
+  const double pi = std::acos(-1.0);
+  for (double turned : {0.0, 90.0, 30.0}) {
+    for (double degrees : {0.0, 26.565, 70.0}) {
+      Crack b(PLANE_STRAIN, SOFTENING_LINEAR);
+      const double a = degrees * pi / 180.0, c = std::cos(a), s = std::sin(a), r = turned * pi / 180.0,
+                   angle = a + r;
+      CrackLaw& law = b.law.crack;
+      law.X = nullptr;
+      law.box[0] = 0.1;
+      law.box[1] = 0.2;
+      law.F[0] = law.F[4] = std::cos(r);
+      law.F[1] = -std::sin(r);
+      law.F[3] = std::sin(r);
+      double E[6]  = {c * c, s * s, 0, c * s, 0, 0};
+      for (double& x : E) x *= 0.3;
+      b.go(E);
+      const double width = 0.1 * std::fabs(std::cos(angle)) + 0.2 * std::fabs(std::sin(angle));
+      EXPECT_NEAR(b.h[HISTORY_DISSIPATED], 0.01 / width, 1e-12) << degrees << " " << turned;
+      EXPECT_NEAR(crack_band(b.law, b.h), width, 1e-12);
+    }
+  }
+}
+
 TEST(Cohesive, StressAndTangentAreDerivatives)
 {
   std::mt19937 gen(7);

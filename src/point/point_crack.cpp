@@ -1,0 +1,110 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "base/hash.h"
+#include "mat/law.h"
+#include "point/point_body.h"
+
+namespace {
+
+// mean normal at t(n) of the cracks of the points of one initial cell, weighted by their openings; 0: none
+void mean_normal(const Points& pts, const MatLaw& law, const Level& l, int p, double* mean)
+{
+  const size_t history = point_history_size(pts, l);
+  std::fill_n(mean, 3, 0.0);
+  int q = p;
+  do {
+    const double *h = history_at(l.hp, history, q), *N = crack_normal(law, h);
+    const double opening = crack_opening(law, h);
+    const double sign = N[0] * mean[0] + N[1] * mean[1] + N[2] * mean[2] < 0.0 ? -1.0 : 1.0;
+    for (int i = 0; i < 3 && opening > 0.0; ++i) mean[i] += sign * opening * N[i];
+    q = pts.next[q];
+  } while (q != p);
+  const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+  for (int i = 0; i < 3 && length > 0.0; ++i) mean[i] /= length;
+}
+
+// edges of the box that opens as one: a cell of the grid, or the domain where it is larger      (2.36a)
+void find_box(const Model& m, const Points& pts, int p, double* box)
+{
+  for (int i = 0; i < m.dim; ++i) {
+    double lo = HUGE_VAL, hi = -HUGE_VAL;
+    for (int a = 0; a < pts.conn.count(p); ++a) {
+      const double X = pts.Xc[static_cast<size_t>(pts.conn.begin(p)[a]) * m.dim + i];
+      lo = std::min(lo, X);
+      hi = std::max(hi, X);
+    }
+    box[i] = std::max(m.grid.h[i], hi - lo);
+  }
+}
+
+// number in (0, 1) from a seed and a number, the same on all ranks
+double uniform(int seed, int number)
+{
+  std::uint64_t h = hash_mix(hash_mix(hash_start, static_cast<std::uint64_t>(seed)),
+                             static_cast<std::uint64_t>(number));
+  for (int round = 0; round < 2; ++round) {          // so that near numbers differ in all bits
+    h = (h ^ h >> 32) * 0xd6e8feb86659fd93ull;
+  }
+  return (static_cast<double>((h ^ h >> 32) >> 11) + 0.5) / 9007199254740992.0;
+}
+
+// factor of strength and toughness: Weibull's distribution of mean 1 over the initial cells
+double scatter(const Points& pts, const FractureDef& f, int p)
+{
+  int first = pts.point_number(p);
+  for (int q = pts.next[p]; q != p; q = pts.next[q]) first = std::min(first, pts.point_number(q));
+  return std::pow(-std::log(uniform(f.seed, first)), 1.0 / f.weibull) / std::tgamma(1.0 + 1.0 / f.weibull);
+}
+
+// a law of the kind of this body
+MatLaw kind_of(const Model& m, const Body& body)
+{
+  MatLaw law;
+  law.kind = law_flows(m.material[body.material].law) ? LAW_COHESIVE_FLOW : LAW_COHESIVE;
+  return law;
+}
+
+}  // namespace
+
+void point_crack(const Model& m, const Points& pts, const Level& l, int p, CrackTangent tangent, MatLaw& law)
+{
+  const Body& body       = m.body[pts.body[p]];
+  const FractureDef& f   = m.fracture[body.fracture];
+  const Eigen::Matrix3d F = point_gradient(pts, m.dim, l.uc, p);
+  CrackLaw& c = law.crack;
+  find_box(m, pts, p, c.box);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c.F[3 * i + j] = F(i, j);
+  if (f.weibull > 0.0) c.scatter = scatter(pts, f, p);
+  c.tangent = tangent;
+  law.broken = point_open(m, pts, l, p);
+  mean_normal(pts, law, l, p, c.across);
+}
+
+void point_crack_law(const Model& m, const Body& body, MatLaw& law)
+{
+  if (body.fracture < 0) return;
+  const FractureDef& f = m.fracture[body.fracture];
+  law.kind      = law_flows(law.kind) ? LAW_COHESIVE_FLOW : LAW_COHESIVE;
+  law.c         = f.stiffness;
+  law.bar       = false;
+  law.crack     = crack_of(f);
+  law.crack.dim = m.dim;
+}
+
+double point_opening(const Model& m, const Points& pts, const Level& l, int p)
+{
+  const Body& body = m.body[pts.body[p]];
+  const size_t n   = point_history_size(pts, l);
+  if (body.fracture < 0 || n == 0) return 0.0;
+  return crack_opening(kind_of(m, body), history_at(l.hp, n, p)) /
+         crack_open(crack_of(m.fracture[body.fracture]));
+}
+
+double point_crack_width(const Model& m, const Points& pts, const Level& l, int p)
+{
+  const MatLaw law = kind_of(m, m.body[pts.body[p]]);
+  return crack_band(law, history_at(l.hp, point_history_size(pts, l), p));
+}
