@@ -144,7 +144,7 @@ void contact_masses(const Problem& p, RealVec& mass)
   const Points& pts   = p.st.points;
   const CornerMass& m = s.mass.corner_mass;
   const int nnode     = p.m.mesh.nnode();
-  RealVec corner(m.diag), coupled(m.diag.size(), 0.0);
+  RealVec corner(m.own), coupled(m.diag.size(), 0.0);
   for (size_t c = 0; c < m.diag.size(); ++c)
     for (int k = m.off[c]; k < m.off[c + 1]; ++k)
       if (m.val[k] != 0.0) coupled[c] = coupled[m.col[k]] = 1.0;
@@ -274,23 +274,45 @@ double crossing_time(const Problem& p)
   return least[0] > -1e300 ? -least[0] : -least[1];
 }
 
+// converted elements whose points move as the element did: StableIncrement::whole. Collective.   (6.47)
+void find_whole(Problem& p)
+{
+  StableIncrement& q = p.stable;
+  const State& st    = p.st;
+  if (q.whole_of == changes(st)) return;
+  q.whole_of = changes(st);
+  p.d.el.as_points.clear();
+  q.whole = st.frac.nreleased == 0;
+  if (st.frac.nconverted == 0) return;
+  bool all;
+  p.d.el.as_points = point_as_elements(st.points, p.m.mesh.nelem(), all);
+  q.whole = comm_allreduce_max(static_cast<int>(!all)) == 0 && q.whole;
+}
+
 // data of the elements at rest: interval of fracture tests; masses are shared while no element has gone.
 // Collective.
 void begin_elements(Problem& p, const Step& s)
 {
   int worst;
   p.stable.crossing = crossing_time(p);
-  if (p.st.frac.nconverted > 0) return;
+  p.stable.shares   = false;
+  if (!p.stable.whole) return;
   elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);            // frequencies with the own masses
   elem_share(p.m, p.d.el);
+  p.stable.shares = true;
 }
 
-// the largest stable increment of points. Collective.
+// the largest stable increment of points that do not move as their element did. Collective.
 double stable_of_points(const Problem& p)
 {
   int worst;
-  const double own =
-      point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.dofs.rows.owned_point, &worst);
+  const std::vector<char>& as = p.d.el.as_points;
+  IntVec list;
+  for (int q : p.dofs.rows.owned_point) {
+    const int e = p.st.points.parent[q];
+    if (e < 0 || as.empty() || !as[e]) list.push_back(q);
+  }
+  const double own = point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, list, &worst);
   return -comm_allreduce_max(-own);
 }
 
@@ -331,11 +353,16 @@ Failure step_stable(Problem& p, const Step& s)
   State& st    = p.st;
   StepClock& c = st.clock;
   const bool begins = c.system == 0.0;
-  const bool lost   = st.frac.nconverted > 0 && c.broke == 0;          // elements, for the first time
   int label = -1;
-  const bool looks = begins || lost || st.log.inc % CHECK_EVERY == 0;
+  find_whole(p);
   if (p.stable.crossing == 0.0) begin_elements(p, s);
-  if (lost) elem_share_end(p.d.el);
+  // the masses of elements that have become points of another motion: a restart compares in the same increment
+  const bool lost  = !p.stable.whole && c.broke != changes(st);
+  const bool looks = begins || lost || st.log.inc % CHECK_EVERY == 0;
+  if (p.stable.shares && !p.stable.whole) {
+    elem_share_end(p.d.el);
+    p.stable.shares = false;
+  }
   if (looks) c.stable = stable_of_elements(p, s, label);
   if ((looks || c.broke != changes(st)) && st.points.npoint_all() > 0) {
     const double points = stable_of_points(p);
