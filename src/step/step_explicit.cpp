@@ -180,6 +180,36 @@ void leap_grid(const Dofs& s, Attempt& a)
         : a.dt * (a.vgrid[i] + 0.5 * a.dt * a.agrid[i]);
 }
 
+// y = M x in the rows of the grid, which no mass couples to nodes                                  (6.47)
+void multiply_grid(const Dofs& s, const RealVec& x, RealVec& y)
+{
+  if (s.rows.split) return mass_multiply(s, x, y);
+  const SysMatrix& A = s.pattern.A;
+  const int dim      = s.rows.dim;
+  y.assign(s.rows.neq(), 0.0);
+  for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
+    const int diag = A.off[r + 1] - 1;
+    for (int i = 0; i < dim; ++i) y[r * dim + i] += s.mass.M[diag] * x[r * dim + i];
+    for (int k = A.off[r]; k < diag; ++k)
+      for (int i = 0, c = A.col[k]; i < dim && c >= s.rows.nfe; ++i) {
+        y[r * dim + i] += s.mass.M[k] * x[c * dim + i];
+        y[c * dim + i] += s.mass.M[k] * x[r * dim + i];
+      }
+  }
+}
+
+// step_keep_momentum in the rows of the grid
+void keep_momentum_of_grid(const Dofs& s, const RealVec& f, RealVec& acc)
+{
+  RealVec Ma;
+  multiply_grid(s, acc, Ma);
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i) {
+    const int r = i / s.rows.dim;
+    if (s.bound.fixed[i] == DOF_FREE && s.mass.lumped[r] > MIN_ROW_SUM * s.mass.M_diag[r])
+      acc[i] += (f[i] - Ma[i]) / s.mass.lumped[r];
+  }
+}
+
 // acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes  (6.47)
 Failure accelerate_grid(const Dofs& s, Attempt& a)
 {
@@ -194,11 +224,11 @@ Failure accelerate_grid(const Dofs& s, Attempt& a)
     Timer timer(PHASE_PROJECT);
     const std::vector<char> begun(s.rows.nrow, 1);       // initial guess: acceleration at t(n)
     if (mass_project(s, begun, f, a.acc) < 0) return MASS_FAILED;
-    step_keep_momentum(s, f, a.acc);
+    keep_momentum_of_grid(s, f, a.acc);
   }
   const auto fixed = s.bound.fixed.begin() + first;
   if (!dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end()))
-    mass_multiply(s, a.acc, Ma);
+    multiply_grid(s, a.acc, Ma);
   double sum = 0.0, work = 0.0;
   for (int i = first; i < s.rows.neq(); ++i) {
     double load = 0.5 * (a.fext0[i] + a.fext[i]);

@@ -334,6 +334,16 @@ double stable_of_elements(Problem& p, const Step& s, int& label)
   return least;
 }
 
+// are there bonds besides contact? Collective.
+bool tied(const Problem& p)
+{
+  const auto kind = [](const BondDef& b) { return b.kind != BOND_CONTACT; };
+  if (std::none_of(p.m.bond.begin(), p.m.bond.end(), kind)) return false;
+  const IntVec& side = p.st.bonds.side;
+  const bool any = std::any_of(side.begin(), side.end(), [](int s) { return s != SIDE_CONTACT; });
+  return comm_allreduce_max(static_cast<int>(any)) > 0;
+}
+
 // the increment of this stage; the next stage starts with the smallest stable one of this stage
 double of_stage(long inc, double taken, StepClock& c)
 {
@@ -370,9 +380,7 @@ Failure step_stable(Problem& p, const Step& s)
     c.stable = std::min(c.stable, points);
   }
   c.broke = changes(st);
-  const bool tied = std::any_of(p.m.bond.begin(), p.m.bond.end(),
-                                [](const BondDef& b) { return b.kind != BOND_CONTACT; });
-  if (begins || (tied && st.log.inc % MEASURE_EVERY == 0)) {
+  if (begins || (st.log.inc % MEASURE_EVERY == 0 && tied(p))) {
     double omega2 = 0.0;
     const Failure failure = measure(p, s, omega2);
     const bool partly = failure.status == MASS_FAILED && (!begins || omega2 > 0.0);
