@@ -225,7 +225,8 @@ IntVec tied_rows(const Dofs& s)
 bool elements_lumped(const Model& m, const Elements& el, const Dofs& s)
 {
   return s.pattern.lean && m.viscous.empty() &&
-         std::none_of(m.material.begin(), m.material.end(), [](const Material& a) { return a.alpha > 0.0; }) &&
+         std::none_of(m.material.begin(), m.material.end(),
+                      [](const Material& a) { return a.alpha > 0.0; }) &&
          std::all_of(el.block.begin(), el.block.end(), [](const ElemBlock& b) { return b.lumped; });
 }
 

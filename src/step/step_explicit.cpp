@@ -210,7 +210,8 @@ void keep_momentum_of_grid(const Dofs& s, const RealVec& f, RealVec& acc)
   }
 }
 
-// acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes  (6.47)
+// acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes
+//                                                                                               (6.47)
 Failure accelerate_grid(const Dofs& s, Attempt& a)
 {
   const int first = s.rows.nfe * s.rows.dim;

@@ -300,8 +300,9 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (s.explicit_steps() && !dofs.bound.tie.any && !step_on_grid(p.d, dofs)) {
     failure = step_accelerations(p, f, 0.0, acc);      // a division
     if (!failure.ok()) return failure;
-  } else if ((dofs.bound.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc)) < 0) {
-    return MASS_FAILED;
+  } else {
+    const int it = dofs.bound.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc);
+    if (it < 0) return MASS_FAILED;
   }
   for (int i = 0; i < dofs.rows.neq(); ++i) acc[i] += inward[i];
   put_accelerations(p, acc);

@@ -366,7 +366,7 @@ Failure step_stable(Problem& p, const Step& s)
   int label = -1;
   find_whole(p);
   if (p.stable.crossing == 0.0) begin_elements(p, s);
-  // the masses of elements that have become points of another motion: a restart compares in the same increment
+  // masses shared with elements that now move otherwise; a restart compares in the same increment
   const bool lost  = !p.stable.whole && c.broke != changes(st);
   const bool looks = begins || lost || st.log.inc % CHECK_EVERY == 0;
   if (p.stable.shares && !p.stable.whole) {
