@@ -95,6 +95,42 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
   }
 }
 
+// index of block (r, c) or (c, r) of A
+int block_of(const SysMatrix& A, int r, int c)
+{
+  if (r < c) std::swap(r, c);
+  int k = A.off[r];
+  while (A.col[k] != c) ++k;
+  return k;
+}
+
+// explicit, with corners that follow others: their mass acts at these                 (6.47)
+void add_corner_mass(const ActiveGrid& g, const Dofs& s, RealVec& M)
+{
+  const CornerMass& m = s.mass.corner_mass;
+  const int ncorner   = static_cast<int>(m.carried.size());
+  const auto add = [&](int c, int d, double mass) {            // N_c mass N_d, lower part
+    for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j)
+      for (int k = g.corner.off[d]; k < g.corner.off[d + 1]; ++k) {
+        const int r = s.rows.nfe + g.corner.item[j], q = s.rows.nfe + g.corner.item[k];
+        if (c == d && q > r) continue;
+        const double value = mass * g.corner_w[j] * g.corner_w[k];
+        M[block_of(s.pattern.A, r, q)] += c != d && r == q ? 2.0 * value : value;
+      }
+  };
+  for (int c = 0; c < ncorner; ++c) {
+    if (m.carried[c] != 0.0) add(c, c, m.carried[c]);
+    for (int k = m.off[c]; k < m.off[c + 1]; ++k)
+      if (m.val[k] != 0.0) add(c, m.col[k], m.val[k]);
+  }
+}
+
+// do corners follow nodes or other corners?
+bool followers(const Points& pts)
+{
+  return std::any_of(pts.hangs.begin(), pts.hangs.end(), [](int on) { return on != HANG_GRID; });
+}
+
 // ghost mass                                                                       (3.16)
 void add_ghost_mass(const ActiveGrid& grid, Dofs& s)
 {
@@ -131,7 +167,8 @@ void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
     s.mass.M_elem.clear();
     if (s.rows.hung) s.mass.M_elem = s.mass.M;
   }
-  add_point_mass(pts, d.grid, nullptr, s, s.mass.M);
+  if (s.rows.lumps && followers(pts)) add_corner_mass(d.grid, s, s.mass.M);
+  else add_point_mass(pts, d.grid, nullptr, s, s.mass.M);
   add_ghost_mass(d.grid, s);
   mass_diagonals(s);
 }

@@ -240,6 +240,20 @@ std::vector<char> rows_from(const Dofs& s, int first)
 
 }  // namespace
 
+namespace {
+
+// rows that may[k] couples with others; for the rest the system is a division, see mass_solve
+std::vector<char> coupled_rows(const Dofs& s, const std::vector<char>& may)
+{
+  std::vector<char> take(s.rows.nrow, 0);
+  for (int r = s.rows.nfe; r < s.rows.nrow; ++r)
+    for (int k = s.pattern.A.off[r]; k < s.pattern.A.off[r + 1] - 1; ++k)
+      if (may[k]) take[r] = take[s.pattern.A.col[k]] = 1;
+  return take;
+}
+
+}  // namespace
+
 std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of)
 {
   auto m = std::make_shared<MassRows>();
@@ -254,8 +268,13 @@ std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, con
   for (size_t k = 0; k < may.size(); ++k) may[k] = s.mass.M[k] != 0.0;
   for (const IntVec* map : {&s.pattern.point_map, &s.pattern.ghost_map})
     for (int k : *map) may[k / 2] = 1;
+  for (int r = 0; r < s.rows.nrow && s.rows.lumps; ++r)        // couplings of nodes: none       (6.47)
+    for (int k = s.pattern.A.off[r]; k < s.pattern.A.off[r + 1] - 1; ++k)
+      may[k] = may[k] && s.pattern.A.col[k] >= s.rows.nfe;
   auto m = std::make_shared<MassRows>();
   m->of  = s.rows.hung ? ROWS_NEAR : ROWS_GRID;
-  form(s, s.rows.hung ? near_points(grid, s) : rows_from(s, s.rows.nfe), [&](int k) { return may[k]; }, *m);
+  std::vector<char> take = s.rows.hung ? near_points(grid, s) : rows_from(s, s.rows.nfe);
+  if (s.rows.lumps && !sys_shared(s.pattern.A)) take = coupled_rows(s, may);
+  form(s, take, [&](int k) { return may[k]; }, *m);
   return m;
 }

@@ -599,10 +599,29 @@ void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y)
   sys_sum(s.pattern.A, y);
 }
 
+namespace {
+
+// x = f / M in the rows of the grid that are not among rows: nothing couples them                (6.47)
+void divide_others(const Dofs& s, const MassRows& rows, const RealVec& f, RealVec& x)
+{
+  if (!s.rows.lumps || sys_shared(s.pattern.A)) return;
+  const int dim = s.rows.dim;
+  size_t k = 0;
+  for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
+    while (k < rows.row.size() && rows.row[k] < r) ++k;
+    if ((k < rows.row.size() && rows.row[k] == r) || !(s.mass.M_diag[r] > 0.0)) continue;
+    for (int i = r * dim; i < (r + 1) * dim; ++i)
+      if (!s.bound.fixed[i]) x[i] = f[i] / s.mass.M_diag[r];
+  }
+}
+
+}  // namespace
+
 int mass_solve(const Dofs& s, MassRowsOf of, int guess, const RealVec& f, RealVec& x)
 {
   const bool known = s.mass.mass_rows && s.mass.mass_of == s.pattern.number && s.mass.mass_rows->of == of;
   const auto rows  = known ? s.mass.mass_rows : mass_rows_of(s, of);
+  divide_others(s, *rows, f, x);
   const int it = s.rows.dim == 2 ? solve<2>(s, *rows, guess, {}, f, x) : solve<3>(s, *rows, guess, {}, f, x);
   return it >= 0 ? it : mass_factor(s, of, f, x);
 }
@@ -610,6 +629,7 @@ int mass_solve(const Dofs& s, MassRowsOf of, int guess, const RealVec& f, RealVe
 int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& momentum, RealVec& v)
 {
   const MassRows& rows = *s.mass.mass_rows;
+  divide_others(s, rows, momentum, v);
   const int it = s.rows.dim == 2 ? solve<2>(s, rows, s.rows.nfe, begun, momentum, v)
                             : solve<3>(s, rows, s.rows.nfe, begun, momentum, v);
   if (it >= 0) return it;

@@ -57,6 +57,8 @@ struct DofRows {
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
   IntVec bond_acts;            // bonds without contact points that meet no face
   bool hung = false;           // points follow nodes of the mesh: mass couples these nodes
+  // explicit: the mass of corners that follow others is lumped at these, so it couples no nodes       (6.47)
+  bool lumps = false;
   IntVec owned_point;          // points of this rank; all its elements, bonds and ghosts are owned
   IntVec owned_group;          // groups of points (1.14) whose first point this rank owns
   IntVec owner;                // [nrow] rank that owns a row; one rank: empty

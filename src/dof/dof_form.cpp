@@ -156,7 +156,7 @@ void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b
 // corners and points that follow nodes of the mesh: their rows, counted from the first of the grid  (7.14)
 void find_mesh_rows(ActiveGrid& grid, Dofs& s)
 {
-  s.rows.hung = !grid.corner_mesh.empty();
+  s.rows.hung = !s.rows.lumps && !grid.corner_mesh.empty();
   for (const MeshItem& q : grid.corner_mesh) grid.corner.item[q.at] = s.rows.row_of_node[q.node] - s.rows.nfe;
   for (const MeshItem& q : grid.point_mesh) grid.point.item[q.at] = s.rows.row_of_node[q.node] - s.rows.nfe;
 }
@@ -221,11 +221,32 @@ IntVec tied_rows(const Dofs& s)
   return tied;
 }
 
+// explicit steps on one rank: elements have their lumped masses in the matrix, and nothing else
+bool elements_lumped(const Model& m, const Elements& el, const Dofs& s)
+{
+  return s.pattern.lean && m.viscous.empty() &&
+         std::none_of(m.material.begin(), m.material.end(),
+                      [](const Material& a) { return a.alpha > 0.0; }) &&
+         std::all_of(el.block.begin(), el.block.end(), [](const ElemBlock& b) { return b.lumped; });
+}
+
+size_t live_elements(const Elements& el)
+{
+  size_t n = 0;
+  for (const ElemBlock& b : el.block) n += b.live.size();
+  return n;
+}
+
 // pattern of the contributions of this rank
-void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
+void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, bool lumped, Dofs& s)
 {
   ListTable lists;
+  size_t left = lumped ? live_elements(el) : 0;
   dof_lists(mesh, el, grid, s, [&](int n, const int* row) {
+    if (left > 0) {
+      --left;
+      return;
+    }
     const int last = lists.size() - 1;
     if (last >= 0 && lists.count(last) == n && std::equal(row, row + n, lists.begin(last))) return;
     lists.item.insert(lists.item.end(), row, row + n);
@@ -259,8 +280,9 @@ int block_index(const SysMatrix& A, int r, int c)
   return index;
 }
 
-// block of A of every node pair; points with the same nodes as the previous one share its entries
-void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
+// block of A of every node pair; points with the same nodes as the previous one share its entries. lumped:
+// elements have the diagonal block of a node for all its pairs
+void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, bool lumped, Dofs& s)
 {
   size_t nelem = 0, list = 0, pairs[5] = {};
   for (const ElemBlock& b : el.block) {
@@ -301,6 +323,12 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
     if (list == nelem + npoint) map = s.pattern.bond_map.data();
     if (list == nelem + npoint + nbond) map = s.pattern.ghost_map.data();
     if (list == nelem + npoint + nbond + nghost) map = s.pattern.group_map.data();
+    if (lumped && list < nelem) {
+      ++list;
+      for (int a = 0; a < n; ++a)
+        for (int b = 0; b <= a; ++b) *map++ = 2 * (s.pattern.A.off[row[a] + 1] - 1);
+      return;
+    }
     const size_t point = list++ - nelem;
     if (point > 0 && point < npoint && s.pattern.point_map_off[point] == s.pattern.point_map_off[point - 1])
       return;
@@ -339,8 +367,9 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   number_nodes(m, st, d.el, s);
   bool fresh = m.part.on && add_guests(m, st.bonds, d, s);
   const bool lean = step.explicit_steps() && comm_size() == 1;
-  fresh  = fresh || s.pattern.lean != lean;
+  fresh  = fresh || s.pattern.lean != lean || s.rows.lumps != step.explicit_steps();
   s.pattern.lean = lean;
+  s.rows.lumps   = step.explicit_steps();
   bool bonds = false;          // the acting bonds have changed
   // the grid has moved along, nothing else changes lists, and contact points keep their faces
   const bool meets = !d.pairs.gap.empty() && d.pairs.searched + d.pairs.skipped > 0;
@@ -385,16 +414,17 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
 {
   const bool fresh = comm_size() > 1 ? form_split(m, step, st, d, s) : form_rows(m, step, st, d, s);
   if (fresh || s.mass.corner_mass_made != d.grid.made)
-    point_corner_mass(st.points, s.rows.owned_point, s.mass.corner_mass);
+    point_corner_mass(st.points, s.rows.owned_point, s.rows.lumps, s.mass.corner_mass);
   s.mass.corner_mass_made = d.grid.made;
   if (!fresh) return timer_skip(PHASE_PATTERN);
   Timer timer(PHASE_PATTERN);
   ++s.pattern.number;
   s.rows.renumbered = true;
   s.mass.mass_rows.reset();                   // of the previous pattern
-  form_pattern(m.mesh, d.el, d.grid, s);
+  const bool lumped = elements_lumped(m, d.el, s);
+  form_pattern(m.mesh, d.el, d.grid, lumped, s);
   if (s.rows.split) count_rows(s);
-  form_maps(m.mesh, d.el, d.grid, s);
+  form_maps(m.mesh, d.el, d.grid, lumped, s);
   s.mass.M.clear();
   RealVec().swap(s.pattern.whole);
   s.mass.C.clear();

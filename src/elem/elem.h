@@ -55,8 +55,15 @@ struct Elements {
   // [Mesh::nelem] divided model: 1: a halo element, owned by another rank; empty: none
   std::vector<char> outer;
   std::vector<char> rigid;     // [Mesh::nelem] 1: in a rigid body, without stress; empty: none
+  // explicit, [Mesh::nelem] 1: converted, and its points move as the element did (6.47); empty: none
+  std::vector<char> as_points;
   const Fracture* frac = nullptr;   // state of fracture; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
+  // does element e, or its points in its place, count on this rank?
+  bool moves(int e) const
+  {
+    return block_of[e] >= 0 || (!as_points.empty() && as_points[e] && (outer.empty() || !outer[e]));
+  }
 };
 
 // elem_setup : blocks and reference gradients of all elements that have a section.
@@ -260,6 +267,7 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
 // elem_stable : stable increment of central differences, by the elements of this rank in level l: 2/omega of
 // the critical element, a lower bound for any mesh of these elements    doc/theory.md (6.30), (6.31)
 //   out   worst    critical element, -1: no element; ElemBlock::omega2 and mean of new kinds
+//   as_points: Elements::as_points take part
 double elem_stable(const Model& m, Elements& el, const Level& l, bool nlgeom, int* worst);
 
 // Bulk viscosity over an increment, KernelMode::bulk

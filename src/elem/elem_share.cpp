@@ -49,8 +49,8 @@ void each_element(const Elements& el, Use use)
 {
   ScalarElement x;
   for (const ElemBlock& b : el.block)
-    for (int slot : b.live) {
-      if (!el.rigid.empty() && el.rigid[b.elem[slot]]) continue;
+    for (int slot = 0; slot < static_cast<int>(b.elem.size()); ++slot) {
+      if (!el.moves(b.elem[slot]) || (!el.rigid.empty() && el.rigid[b.elem[slot]])) continue;
       scalar_element(b, b.kind[slot], x);
       use(b, slot, x);
     }
@@ -68,7 +68,8 @@ bool unequal(const Elements& el)
   double count[2] = {0.0, 0.0};                        // kinds, elements
   for (const ElemBlock& b : el.block) {
     IntVec kind;
-    for (int slot : b.live) kind.push_back(b.kind[slot]);
+    for (size_t slot = 0; slot < b.elem.size(); ++slot)
+      if (el.moves(b.elem[slot])) kind.push_back(b.kind[slot]);
     std::sort(kind.begin(), kind.end());
     count[0] += static_cast<double>(std::unique(kind.begin(), kind.end()) - kind.begin());
     count[1] += static_cast<double>(kind.size());

@@ -99,8 +99,8 @@ double elem_stable(const Model& m, Elements& el, const Level& l, bool nlgeom, in
       const double w = std::sqrt(w2), xi = 0.5 * b.law.beta * w;
       return 2.0 / w * (std::sqrt(1.0 + xi * xi) - xi);
     };
-    for (int slot : b.live) {
-      if (!el.rigid.empty() && el.rigid[b.elem[slot]]) continue;
+    for (int slot = 0; slot < static_cast<int>(b.elem.size()); ++slot) {
+      if (!el.moves(b.elem[slot]) || (!el.rigid.empty() && el.rigid[b.elem[slot]])) continue;
       double w2 = b.omega2[b.kind[slot]];
       if (nlgeom && el.broken(b.elem[slot]) < 0) {
         const double bound =

@@ -251,11 +251,20 @@ bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, do
 struct CornerMass {
   IntVec off{0}, col;          // [ncorner] lower triangle
   RealVec val, diag;
+  // lumps, [ncorner]: diag before; with the mass of corners that follow this one, 0 where it follows others.
+  // diag is then that of corners with a motion of their own: neither at nodes nor between them    (6.47)
+  RealVec own, carried;
   std::uint64_t made_of = 0;   // checksum of its domains
 };
 
-// point_corner_mass : mass matrix of the domains of list; kept if it already belongs to them
-void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m);
+// point_corner_mass : mass matrix of the domains of list; kept if it already belongs to them. lumps: the mass
+// of corners between nodes acts at the corners that they follow, and that of corners at nodes at the node
+void point_corner_mass(const Points& pts, const IntVec& list, bool lumps, CornerMass& m);
+
+// point_as_elements : [nelem] 1: a converted element all of whose corners follow those at its nodes, so that
+// its points move as the element did; 0: elements, and all other converted ones
+//   out   all   no converted element is of another kind
+std::vector<char> point_as_elements(const Points& pts, int nelem, bool& all);
 
 // point_corner_momentum : q_c = sum_d m_cd v_d                                               [ncorner*dim]
 RealVec point_corner_momentum(const CornerMass& m, int dim, const RealVec& vc);

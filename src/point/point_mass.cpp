@@ -36,16 +36,31 @@ ListTable domains_around(const Points& pts, const IntVec& list, IntVec& of)
 }
 
 // check sum of the domains of list, not 0
-std::uint64_t sum_of_domains(const Points& pts, const IntVec& list)
+std::uint64_t sum_of_domains(const Points& pts, const IntVec& list, bool lumps)
 {
-  std::uint64_t sum = hash_mix(hash_start, static_cast<std::uint64_t>(pts.ncorner));
+  std::uint64_t sum = hash_mix(hash_start, static_cast<std::uint64_t>(2 * pts.ncorner + lumps));
   const auto add    = [&](int k) { sum = hash_mix(sum, static_cast<unsigned>(k)); };
   for (int p : list) {
     add(p);
     add(pts.parent[p]);
     std::for_each(pts.conn.begin(p), pts.conn.begin(p + 1), add);
   }
+  for (int c = 0; c < pts.ncorner && lumps; ++c) add(pts.carrier(c));
   return sum ? sum : 1;
+}
+
+// moves the masses of corners that follow others to these                                       (6.47)
+void lump_followers(const Points& pts, CornerMass& m)
+{
+  m.own     = m.diag;
+  m.carried = m.diag;
+  for (int c = 0; c < pts.ncorner; ++c) {
+    if (pts.carrier(c) != HANG_CORNERS) continue;
+    m.diag[c] = m.carried[c] = 0.0;
+    for (int k = pts.hang.off[c]; k < pts.hang.off[c + 1]; ++k)
+      m.carried[-1 - pts.hang.item[k]] += pts.hang_w[k] * m.own[c];
+  }
+  for (int c = 0; c < pts.ncorner; ++c) m.diag[c] = pts.carrier(c) == HANG_NODE ? 0.0 : m.carried[c];
 }
 
 // the components of a corner value, in one vector register
@@ -71,9 +86,9 @@ void momentum(const CornerMass& m, const double* v, double* q)
 
 }  // namespace
 
-void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
+void point_corner_mass(const Points& pts, const IntVec& list, bool lumps, CornerMass& m)
 {
-  const std::uint64_t made_of = sum_of_domains(pts, list);
+  const std::uint64_t made_of = sum_of_domains(pts, list, lumps);
   if (m.made_of == made_of) return;
   m.made_of = made_of;
   m.off.assign(1, 0);
@@ -103,6 +118,27 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
     }
     m.off.push_back(static_cast<int>(m.col.size()));
   }
+  m.own.clear();
+  m.carried.clear();
+  if (lumps) lump_followers(pts, m);
+}
+
+std::vector<char> point_as_elements(const Points& pts, int nelem, bool& all)
+{
+  all = true;
+  std::vector<char> as(nelem, 0);
+  const auto follows = [&](int c) {
+    if (c >= pts.hang.size() || pts.hang.count(c) == 0 || pts.field[c] == FIELD_OWN) return false;
+    return pts.hang.count(c) == 1 || pts.carrier(c) == HANG_CORNERS;
+  };
+  for (int e = 0; e < nelem && !pts.of_elem.empty(); ++e) {
+    if (!pts.converted(e)) continue;
+    as[e] = 1;
+    for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
+      as[e] = as[e] && !pts.released[p] && std::all_of(pts.conn.begin(p), pts.conn.begin(p + 1), follows);
+    all = all && as[e];
+  }
+  return as;
 }
 
 RealVec point_corner_momentum(const CornerMass& m, int dim, const RealVec& vc)

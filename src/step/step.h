@@ -98,6 +98,9 @@ struct ContactFound {
 struct StableIncrement {
   ContactFound found;
   double crossing = 0.0;       // wave transit time of the smallest element size; 0: unknown
+  bool shares = false;         // elements share the mass of their nodes                        (6.46)
+  bool whole = true;           // the points of all converted elements move as these
+  long whole_of = -1;          // conversions and releases for which this is known
   // [nnode + ncorner] work space: contact stiffness over mass (1/time^2), and mass
   RealVec push, mass;
   // [(nnode + ncorner)*dim] contact forces at t(n) before the search, not summed over ranks; empty: none
@@ -235,7 +238,7 @@ struct Attempt {
   RealVec acc{};               // explicit: acceleration at t(n+1) [neq]
   double work = 0.0;             // plain: work of loads and supports over the increment
   RealVec* energy = nullptr;     // explicit: [nelem] energy of intact elements, if fracture is tested
-  bool plain = false;            // explicit, no grid, no dampers: v and a are written to st.np1
+  bool plain = false;            // explicit, no ties, no dampers: v and a of nodes are written to st.np1
   BulkStep bulk{};               // explicit: bulk viscosity
   double friction = 0.0;         // explicit: energy that friction on planes of the grid takes
   Jumps jumps{};               // of du

@@ -125,7 +125,7 @@ void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
 
 namespace {
 
-// displacement of nodes, without grid and dampers                                                 (6.28)
+// displacement of nodes, without dampers                                                          (6.28)
 template <int D>
 void leap_nodes(const Dofs& s, const Level& n, Attempt& a)
 {
@@ -172,19 +172,94 @@ bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt
   return dof_all(s, std::isfinite(sum));
 }
 
+// displacement of the rows of the grid                                                            (6.28)
+void leap_grid(const Dofs& s, Attempt& a)
+{
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i)
+    a.du[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.target[i]
+        : a.dt * (a.vgrid[i] + 0.5 * a.dt * a.agrid[i]);
+}
+
+// y = M x in the rows of the grid, which no mass couples to nodes                                  (6.47)
+void multiply_grid(const Dofs& s, const RealVec& x, RealVec& y)
+{
+  if (s.rows.split) return mass_multiply(s, x, y);
+  const SysMatrix& A = s.pattern.A;
+  const int dim      = s.rows.dim;
+  y.assign(s.rows.neq(), 0.0);
+  for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
+    const int diag = A.off[r + 1] - 1;
+    for (int i = 0; i < dim; ++i) y[r * dim + i] += s.mass.M[diag] * x[r * dim + i];
+    for (int k = A.off[r]; k < diag; ++k)
+      for (int i = 0, c = A.col[k]; i < dim && c >= s.rows.nfe; ++i) {
+        y[r * dim + i] += s.mass.M[k] * x[c * dim + i];
+        y[c * dim + i] += s.mass.M[k] * x[r * dim + i];
+      }
+  }
+}
+
+// step_keep_momentum in the rows of the grid
+void keep_momentum_of_grid(const Dofs& s, const RealVec& f, RealVec& acc)
+{
+  RealVec Ma;
+  multiply_grid(s, acc, Ma);
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i) {
+    const int r = i / s.rows.dim;
+    if (s.bound.fixed[i] == DOF_FREE && s.mass.lumped[r] > MIN_ROW_SUM * s.mass.M_diag[r])
+      acc[i] += (f[i] - Ma[i]) / s.mass.lumped[r];
+  }
+}
+
+// acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes
+//                                                                                               (6.47)
+Failure accelerate_grid(const Dofs& s, Attempt& a)
+{
+  const int first = s.rows.nfe * s.rows.dim;
+  RealVec f(s.rows.neq(), 0.0), Ma;
+  a.acc.assign(s.rows.neq(), 0.0);
+  for (int i = first; i < s.rows.neq(); ++i) {
+    f[i]     = a.fext[i] - a.fint[i];
+    a.acc[i] = s.bound.fixed[i] == DOF_FIXED ? (s.bound.rate[i] - a.vgrid[i]) / a.dt : a.agrid[i];
+  }
+  {
+    Timer timer(PHASE_PROJECT);
+    const std::vector<char> begun(s.rows.nrow, 1);       // initial guess: acceleration at t(n)
+    if (mass_project(s, begun, f, a.acc) < 0) return MASS_FAILED;
+    keep_momentum_of_grid(s, f, a.acc);
+  }
+  const auto fixed = s.bound.fixed.begin() + first;
+  if (!dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end()))
+    multiply_grid(s, a.acc, Ma);
+  double sum = 0.0, work = 0.0;
+  for (int i = first; i < s.rows.neq(); ++i) {
+    double load = 0.5 * (a.fext0[i] + a.fext[i]);
+    if (s.bound.fixed[i] == DOF_FIXED) load += a.R[i] = Ma[i] - f[i];
+    sum += a.acc[i];
+    if (s.rows.counts(i)) work += load * a.du[i];
+  }
+  a.work += work;
+  return dof_all(s, std::isfinite(sum)) ? Status(STATUS_OK) : BAD_NUMBER;
+}
+
 Failure explicit_nodes(Problem& p, Attempt& a)
 {
   State& st     = p.st;
   const Dofs& s = p.dofs;
   a.cM = scheme_of(a.step).mass(a.step, a.dt);
-  const bool plane = s.rows.dim == 2;
+  const bool plane = s.rows.dim == 2, on_grid = step_on_grid(p.d, s);
+  if (on_grid) {
+    const Failure failure = step_motion_begin(p, a);
+    if (!failure.ok()) return failure;
+  }
   if (plane) leap_nodes<2>(s, st.n, a);
   else leap_nodes<3>(s, st.n, a);
+  if (on_grid) leap_grid(s, a);
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, st, a.jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint, nullptr, a.energy);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, st, a.step, a.load, p.warned, a.fext);
   if (failure.ok() && !(plane ? accelerate_nodes<2>(s, st.rf, st.n, a, st.np1)
                               : accelerate_nodes<3>(s, st.rf, st.n, a, st.np1))) return BAD_NUMBER;
+  if (failure.ok() && on_grid) failure = accelerate_grid(s, a);
   st.log.iterations = 1;
   if (failure.ok()) assem_share_bonds(p.st, p.m.dim, a.jumps);
   return failure;
@@ -221,7 +296,7 @@ Failure step_explicit(Problem& p, Attempt& a)
     a.mode.bulk = &a.bulk;
   }
   const bool on_grid = step_on_grid(p.d, s);
-  a.plain = !on_grid && !s.bound.tie.any && !s.mass.damped;
+  a.plain = !s.bound.tie.any && !s.mass.damped;
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
   if (on_grid) ledger_leap(s, a.dt, p.st);             // accelerations of the grid: step_motion_begin

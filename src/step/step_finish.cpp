@@ -114,6 +114,16 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
   }
 }
 
+// plain: changes of the velocity of nodes that corners follow, from st.np1.v
+//   out  dv   [neq] only these rows
+void followed_nodes(const ActiveGrid& grid, const Dofs& s, const State& st, RealVec& dv)
+{
+  const int dim = s.rows.dim;
+  for (const MeshItem& q : grid.corner_mesh)
+    for (int i = 0, r = s.rows.row_of_node[q.node]; i < dim; ++i)
+      dv[r * dim + i] = st.np1.v[q.node * dim + i] - st.n.v[q.node * dim + i];
+}
+
 // stores v + dv of the grid rows for the next projection; explicit: the acceleration too
 void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, const RealVec& dv,
                    const RealVec& acc, GridVelocity& after)
@@ -138,7 +148,8 @@ void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, co
 void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv,
                        GridVelocity* after)
 {
-  finish_nodes(dofs, a, a.du, a.acc, st, dv);
+  if (a.plain) followed_nodes(grid, dofs, st, dv);
+  else finish_nodes(dofs, a, a.du, a.acc, st, dv);
   if (st.points.npoint_all()) finish_grid(dofs, a, dv);
   if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a.vgrid, dv, a.acc, *after);
   if (st.points.npoint_all()) assem_gather_corners(grid, dofs, dv, st.n.vc, st.np1.vc);
@@ -353,7 +364,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   const bool mean = !a.plain && !a.mode.mid;         // work by the mean of the forces at both ends
   if (mean) rf0 = st.rf;
   if (mean && rf0.empty()) rf0.assign(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0);
-  RealVec dv(a.plain ? 0 : s.rows.neq(), 0.0);          // change of the velocities of the unknowns
+  const bool moves = !a.plain || st.points.npoint_all() > 0;       // velocities are to be set here
+  RealVec dv(moves ? s.rows.neq() : 0, 0.0);            // change of the velocities of the unknowns
   st.np1.time = a.total1;
   if (st.points.part.window)
     point_copy_history(m.part, s.pattern.point_rank, st.points, p.d.point_law.history, st.np1);
@@ -363,7 +375,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
       st.points.npoint_all();
   GridVelocity* const after = keeps ? &p.newton.grid : nullptr;
   if (!after || a.cM == 0.0) p.newton.grid = GridVelocity();
-  if (a.cM != 0.0 && !a.plain) finish_velocities(p.d.grid, s, a, st, dv, after);
+  if (a.cM != 0.0 && moves) finish_velocities(p.d.grid, s, a, st, dv, after);
   point_copy_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});
   if (m.part.around.on()) {                          // nodes of halo elements
     std::vector<RealVec*> fields{&st.np1.u};

@@ -297,8 +297,13 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
     rigid_centripetal(p.m, p.st.n.u, dofs, dof_of_nodes(dofs, p.st.n.v), inward);
     for (int i = 0; i < dofs.rows.neq(); ++i) f[i] -= dofs.mass.lumped[i / dofs.rows.dim] * inward[i];
   }
-  if ((dofs.bound.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc)) < 0)
-    return MASS_FAILED;
+  if (s.explicit_steps() && !dofs.bound.tie.any && !step_on_grid(p.d, dofs)) {
+    failure = step_accelerations(p, f, 0.0, acc);      // a division
+    if (!failure.ok()) return failure;
+  } else {
+    const int it = dofs.bound.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc);
+    if (it < 0) return MASS_FAILED;
+  }
   for (int i = 0; i < dofs.rows.neq(); ++i) acc[i] += inward[i];
   put_accelerations(p, acc);
   p.stable.before.clear();     // contact as it is now is in them
@@ -347,6 +352,15 @@ Failure step_motion_begin(Problem& p, Attempt& a)
   }
   Failure failure;
   const bool known = projection_known(p.st, p.d, s, before);
+  if (known && a.plain && !before.a.empty()) {       // nodes: explicit_nodes
+    timer_skip(PHASE_PROJECT);
+    const auto at = static_cast<long>(before.first) * s.rows.dim;
+    a.vgrid.assign(s.rows.neq(), 0.0);
+    a.agrid.assign(s.rows.neq(), 0.0);
+    std::copy(before.v.begin(), before.v.end(), a.vgrid.begin() + at);
+    std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + at);
+    return STATUS_OK;
+  }
   if (known) {                 // nothing here asks for the momentum
     timer_skip(PHASE_PROJECT);
     a.vgrid = dof_of_nodes(s, p.st.n.v);

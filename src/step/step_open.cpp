@@ -305,15 +305,17 @@ void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
 // the active grid, at its last position or, if it does not stay, at the present positions of corners and
 // bonds. A grid rebuilt after a restart or a repartitioning shows only then whether bodies share it; then it
 // may not stay
-Failure lay_grid(Problem& p, const RealVec& xb, bool stays)
+Failure lay_grid(Problem& p, const Step& s, const RealVec& xb, bool stays)
 {
   State& st = p.st;
+  const bool contact = s.explicit_steps() && model_general_contact(p.m) >= 0;    // parts meet by their faces
   for (bool again = true; again;) {
     int worst = 0;
     if (!stays) st.laid = {st.n.uc, xb};
     const Status status =
         grid_activate(p.m, st.points, st.bonds, p.d.owned, st.laid.uc, st.laid.xb, p.d.grid, &worst);
     st.laid.made = p.d.grid.made;
+    p.d.grid.meets = p.d.grid.meets && !contact;
     Failure failure = status;
     if (!failure.ok()) failure = {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
     if (p.m.part.on) failure = failure_agree(failure);
@@ -444,7 +446,7 @@ Failure step_prepare(Problem& p, const Step& s)
     timer_skip(PHASE_GRID);
   } else if (st.points.npoint_all()) {
     Timer timer(PHASE_GRID);
-    const Failure failure = lay_grid(p, xb, stays);
+    const Failure failure = lay_grid(p, s, xb, stays);
     if (!failure.ok()) return failure;
   } else {
     timer_skip(PHASE_GRID);

@@ -144,7 +144,7 @@ void contact_masses(const Problem& p, RealVec& mass)
   const Points& pts   = p.st.points;
   const CornerMass& m = s.mass.corner_mass;
   const int nnode     = p.m.mesh.nnode();
-  RealVec corner(m.diag), coupled(m.diag.size(), 0.0);
+  RealVec corner(m.own), coupled(m.diag.size(), 0.0);
   for (size_t c = 0; c < m.diag.size(); ++c)
     for (int k = m.off[c]; k < m.off[c + 1]; ++k)
       if (m.val[k] != 0.0) coupled[c] = coupled[m.col[k]] = 1.0;
@@ -274,23 +274,45 @@ double crossing_time(const Problem& p)
   return least[0] > -1e300 ? -least[0] : -least[1];
 }
 
+// converted elements whose points move as the element did: StableIncrement::whole. Collective.   (6.47)
+void find_whole(Problem& p)
+{
+  StableIncrement& q = p.stable;
+  const State& st    = p.st;
+  if (q.whole_of == changes(st)) return;
+  q.whole_of = changes(st);
+  p.d.el.as_points.clear();
+  q.whole = st.frac.nreleased == 0;
+  if (st.frac.nconverted == 0) return;
+  bool all;
+  p.d.el.as_points = point_as_elements(st.points, p.m.mesh.nelem(), all);
+  q.whole = comm_allreduce_max(static_cast<int>(!all)) == 0 && q.whole;
+}
+
 // data of the elements at rest: interval of fracture tests; masses are shared while no element has gone.
 // Collective.
 void begin_elements(Problem& p, const Step& s)
 {
   int worst;
   p.stable.crossing = crossing_time(p);
-  if (p.st.frac.nconverted > 0) return;
+  p.stable.shares   = false;
+  if (!p.stable.whole) return;
   elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);            // frequencies with the own masses
   elem_share(p.m, p.d.el);
+  p.stable.shares = true;
 }
 
-// the largest stable increment of points. Collective.
+// the largest stable increment of points that do not move as their element did. Collective.
 double stable_of_points(const Problem& p)
 {
   int worst;
-  const double own =
-      point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.dofs.rows.owned_point, &worst);
+  const std::vector<char>& as = p.d.el.as_points;
+  IntVec list;
+  for (int q : p.dofs.rows.owned_point) {
+    const int e = p.st.points.parent[q];
+    if (e < 0 || as.empty() || !as[e]) list.push_back(q);
+  }
+  const double own = point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, list, &worst);
   return -comm_allreduce_max(-own);
 }
 
@@ -312,6 +334,16 @@ double stable_of_elements(Problem& p, const Step& s, int& label)
   return least;
 }
 
+// are there bonds besides contact? Collective.
+bool tied(const Problem& p)
+{
+  const auto kind = [](const BondDef& b) { return b.kind != BOND_CONTACT; };
+  if (std::none_of(p.m.bond.begin(), p.m.bond.end(), kind)) return false;
+  const IntVec& side = p.st.bonds.side;
+  const bool any = std::any_of(side.begin(), side.end(), [](int s) { return s != SIDE_CONTACT; });
+  return comm_allreduce_max(static_cast<int>(any)) > 0;
+}
+
 // the increment of this stage; the next stage starts with the smallest stable one of this stage
 double of_stage(long inc, double taken, StepClock& c)
 {
@@ -331,11 +363,16 @@ Failure step_stable(Problem& p, const Step& s)
   State& st    = p.st;
   StepClock& c = st.clock;
   const bool begins = c.system == 0.0;
-  const bool lost   = st.frac.nconverted > 0 && c.broke == 0;          // elements, for the first time
   int label = -1;
-  const bool looks = begins || lost || st.log.inc % CHECK_EVERY == 0;
+  find_whole(p);
   if (p.stable.crossing == 0.0) begin_elements(p, s);
-  if (lost) elem_share_end(p.d.el);
+  // masses shared with elements that now move otherwise; a restart compares in the same increment
+  const bool lost  = !p.stable.whole && c.broke != changes(st);
+  const bool looks = begins || lost || st.log.inc % CHECK_EVERY == 0;
+  if (p.stable.shares && !p.stable.whole) {
+    elem_share_end(p.d.el);
+    p.stable.shares = false;
+  }
   if (looks) c.stable = stable_of_elements(p, s, label);
   if ((looks || c.broke != changes(st)) && st.points.npoint_all() > 0) {
     const double points = stable_of_points(p);
@@ -343,9 +380,7 @@ Failure step_stable(Problem& p, const Step& s)
     c.stable = std::min(c.stable, points);
   }
   c.broke = changes(st);
-  const bool tied = std::any_of(p.m.bond.begin(), p.m.bond.end(),
-                                [](const BondDef& b) { return b.kind != BOND_CONTACT; });
-  if (begins || (tied && st.log.inc % MEASURE_EVERY == 0)) {
+  if (begins || (st.log.inc % MEASURE_EVERY == 0 && tied(p))) {
     double omega2 = 0.0;
     const Failure failure = measure(p, s, omega2);
     const bool partly = failure.status == MASS_FAILED && (!begins || omega2 > 0.0);

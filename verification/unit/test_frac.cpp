@@ -298,7 +298,7 @@ IntVec all_points(const Points& p)
 void point_sums(const Points& p, int dim, const RealVec& vc, double& kinetic, double* momentum)
 {
   CornerMass mass;
-  point_corner_mass(p, all_points(p), mass);
+  point_corner_mass(p, all_points(p), false, mass);
   const RealVec q = point_corner_momentum(mass, dim, vc);
   kinetic = momentum[0] = momentum[1] = momentum[2] = 0.0;
   for (int c = 0; c < p.ncorner; ++c)
@@ -785,7 +785,7 @@ TEST(Conversion, CornersBetweenNodesThatHaveDriftedDeformNoNeighbour)
 void point_spin(const Points& p, int dim, const Level& l, double* L)
 {
   CornerMass mass;
-  point_corner_mass(p, all_points(p), mass);
+  point_corner_mass(p, all_points(p), false, mass);
   const RealVec q = point_corner_momentum(mass, dim, l.vc);
   L[0] = L[1] = L[2] = 0.0;
   for (int c = 0; c < p.ncorner; ++c) {
