@@ -20,6 +20,7 @@ const double TIP_STATICS = 0.2;
 const double TIP_MOTION = 0.4;
 // parts of an increment: round-off of the time of a break must not separate a symmetric pair  (no test)
 const double TIME_STEPS = 1e6;
+const double LONG_AGO = -1e300;        // time of a criterion that falls and has been met before
 // A crack kinks if the kink releases more by this factor: at a notch, with known direction, than straight
 // growth; for a grown crack, than |J|. Up to K_II/K_I = 0.4, |J| has the direction of a kink. Staircases of
 // the mesh have less gain, although they appear as shear, as do waves in dynamics (A14)
@@ -826,14 +827,15 @@ void mean_normal(const Scan& s, int e, double* N)
   for (int i = 0; i < 3; ++i) N[i] = sum[i] / std::sqrt(size);
 }
 
+// time at which the criterion was met, on the line through its values at l0 and l1                (7.15)
 //   in   s   at the level l0
 double when_met(const Scan& s, const Level& l1, const Erosion& x)
 {
   if (!s.dynamic() || s.fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
-  const double value0 = x.gain * value_of(s, x.elem, 0.0);
-  if (value0 >= 1.0) return s.l.time;
-  const double part = std::round(TIME_STEPS * (1.0 - value0) / (x.value - value0)) / TIME_STEPS;
-  return s.l.time + part * (l1.time - s.l.time);
+  if (s.def(x.elem).criterion == CRITERION_COHESIVE) return l1.time;
+  const double value0 = x.gain * value_of(s, x.elem, 0.0), dt = l1.time - s.l.time;
+  if (value0 >= 1.0 && value0 >= x.value) return LONG_AGO;
+  return s.l.time + std::round(TIME_STEPS * (1.0 - value0) / (x.value - value0)) / TIME_STEPS * dt;
 }
 
 // resets the history for a law of broken material; the dissipated energy is kept
