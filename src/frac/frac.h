@@ -195,7 +195,7 @@ void frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh
 void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0,
                   double dt, Level& l1);
 
-// frac_degraded : energy released by degradation between l0 and l1  (7.16). Collective.
+// frac_degraded : energy of owned elements released by degradation between l0 and l1              (7.16)
 double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l0, const Level& l1);
 

@@ -516,6 +516,13 @@ void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
   out.back().fallback = part;
 }
 
+// is there an element that opens against a traction?
+bool opens(const Model& m)
+{
+  return std::any_of(m.fracture.begin(), m.fracture.end(),
+                     [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; });
+}
+
 // COHESIVE: no traction at all Gauss points
 void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
 {
@@ -529,7 +536,8 @@ void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
   if (least >= 1.0) out.push_back(candidate(s, e, least, least, none));
 }
 
-// BALL: the criterion cannot be met with W_max, the largest energy / volume of any element
+// BALL: the criterion cannot be met with W_max, the largest energy / volume of the elements of this rank and
+// their halo, which have the ball
 bool out_of_reach(const Scan& s, int e, double W_max)
 {
   return ball_constant(s, e) * radius_of(s, e) * W_max * ROUNDING < s.fm.gc[e];
@@ -894,8 +902,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   Scan s{m, step, el, fm, fr, l, {}, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
-  double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
-  if (m.part.on) W_max = comm_allreduce_max(W_max);
+  const double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
   std::vector<Candidate> all, open;
   // in motion frac_average has found which elements have enough psi+ for a candidate
   const bool averages = s.dynamic() && !fr.mean.empty() && fr.drive_time == l.time;
@@ -906,8 +913,8 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
     else if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
     else by_griffith(s, e, W_max, all);
   }
-  join(all);
-  join(open);
+  if (frac_uses_energy(m)) join(all);
+  if (opens(m)) join(open);
   drop_beside(all);
   keep_fronts(all);
   const bool fallback = all.empty();

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "base/comm.h"
+#include "base/halo_numbers.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "model/model_cut.h"
@@ -133,7 +134,7 @@ void jump_forces(Problem& p, RealVec& force)
   }
   comm_sum(&change, 1);
   p.st.ledger.fracture += 0.125 * p.st.ledger.leap * p.st.ledger.leap * change;
-  if (p.m.part.around.on()) halo_copy(p.m.part.halo, dim, p.st.n.a);
+  if (p.m.part.around.on()) halo_numbers(p.m.part.halo, dim, p.st.n.a);
 }
 
 // releases points, breaks elements and converts those that are due. The released energy is booked separately.
