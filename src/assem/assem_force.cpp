@@ -9,6 +9,7 @@
 #include "assem/assem.h"
 #include "assem/pack_list.h"
 #include "base/comm.h"
+#include "base/halo_numbers.h"
 #include "base/timer.h"
 #include "shape/face.h"
 
@@ -546,7 +547,7 @@ Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, co
 void assem_share_bonds(State& st, int dim, Jumps& j)
 {
   if (comm_size() == 1 || st.bonds.nbond_all() == 0) return;
-  halo_copy_all(st.bonds.halo, dim, std::vector<RealVec*>{&j.contact, &st.np1.slip, &st.np1.lambda});
+  halo_numbers(st.bonds.halo, dim, {&j.contact, &st.np1.slip, &st.np1.lambda});
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
@@ -574,31 +575,6 @@ namespace {
 
 bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == LOAD_PRESSURE; }
 
-// Divided model: loads at nodes fn, at corners of owned points fc, and at corners that replace nodes of this
-// rank, far, which are added by the owner of the corner. A failure of any rank is shared by all
-Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, const Failure& failure,
-                  const RealVec& fn, const RealVec& fc, RealVec& far, RealVec& fext)
-{
-  const bool any = std::any_of(far.begin(), far.end(), [](double f) { return f != 0.0; });
-  fext = dof_of_nodes(dofs, fn);
-  assem_scatter_corners(d.grid, dofs, fc, fext);
-  fext.insert(fext.end(), {any ? 1.0 : 0.0, failure.ok() ? 0.0 : 1.0});
-  sys_sum(dofs.pattern.A, fext, 2);
-  const bool bad = fext.back() > 0.0, corners = fext[fext.size() - 2] > 0.0;
-  fext.resize(fext.size() - 2);
-  if (bad) return failure_agree(failure);
-  if (!corners) return STATUS_OK;
-  if (pts.part.window) halo_sum(pts.part.halo, dofs.rows.dim, far);
-  else comm_sum(far);
-  for (size_t k = 0; k < far.size(); ++k)
-    if (d.owned.owner[k / dofs.rows.dim] != comm_rank()) far[k] = 0.0;
-  RealVec f(dofs.rows.neq(), 0.0);
-  assem_scatter_corners(d.grid, dofs, far, f);
-  sys_sum(dofs.pattern.A, f);
-  for (int i = 0; i < dofs.rows.neq(); ++i) fext[i] += f[i];
-  return STATUS_OK;
-}
-
 // dof_of_nodes into memory that is there
 void loads_of_nodes(const Dofs& dofs, const RealVec& fn, RealVec& fext)
 {
@@ -608,6 +584,29 @@ void loads_of_nodes(const Dofs& dofs, const RealVec& fn, RealVec& fext)
   for (int r = 0; r < dofs.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i) f[r * dim + i] = fn[dofs.rows.node_of_row[r] * dim + i];
   std::fill(fext.begin() + dofs.rows.nfe * dim, fext.end(), 0.0);
+}
+
+// Divided model: loads at nodes fn, at corners of owned points fc, and at corners that replace nodes of this
+// rank, far, which are added by the owner of the corner. A failure of any rank is shared by all
+Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, const Failure& failure,
+                  const RealVec& fn, const RealVec& fc, RealVec& far, RealVec& fext)
+{
+  const bool any = std::any_of(far.begin(), far.end(), [](double f) { return f != 0.0; });
+  double number[2] = {any ? 1.0 : 0.0, failure.ok() ? 0.0 : 1.0};
+  loads_of_nodes(dofs, fn, fext);
+  assem_scatter_corners(d.grid, dofs, fc, fext);
+  if (sys_shared(dofs.pattern.A)) halo_sum(dofs.pattern.A.halo, dofs.rows.dim, fext, number, 2);
+  if (number[1] > 0.0) return failure_agree(failure);
+  if (number[0] == 0.0) return STATUS_OK;
+  if (pts.part.window) halo_sum(pts.part.halo, dofs.rows.dim, far);
+  else comm_sum(far);
+  for (size_t k = 0; k < far.size(); ++k)
+    if (d.owned.owner[k / dofs.rows.dim] != comm_rank()) far[k] = 0.0;
+  RealVec f(dofs.rows.neq(), 0.0);
+  assem_scatter_corners(d.grid, dofs, far, f);
+  sys_sum(dofs.pattern.A, f);
+  for (int i = 0; i < dofs.rows.neq(); ++i) fext[i] += f[i];
+  return STATUS_OK;
 }
 
 }  // namespace

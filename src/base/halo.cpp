@@ -3,6 +3,7 @@
 #include <unordered_map>
 
 #include "base/halo.h"
+#include "base/halo_numbers.h"
 
 namespace {
 
@@ -164,4 +165,43 @@ void halo_sum(const Halo& h, int D, const std::vector<RealVec*>& v, double* numb
   const IntVec& list = h.common[1 - me];
   each_vector(v, list.size() * D, from[1 - me].data() + m,
               [&](double* x, const double* of) { add_numbers(list, D, of, x); });
+}
+
+namespace {
+
+// calls use(index of the item) for the items of list with this owner
+template <class Use>
+void each_owned(const Halo& h, const IntVec& list, int owner, Use use)
+{
+  for (int k : list)
+    if (h.owner[k] == owner) use(static_cast<std::size_t>(k));
+}
+
+}  // namespace
+
+void halo_numbers(const Halo& h, int D, const std::vector<RealVec*>& v)
+{
+  const int ranks = comm_size(), me = comm_rank();
+  const std::size_t n = D;
+  std::vector<RealVec> to(ranks), from(ranks);
+  for (std::size_t r = 0; r < h.common.size(); ++r) {
+    const IntVec& list = h.common[r];
+    std::size_t owned = 0, others = 0;
+    each_owned(h, list, me, [&](std::size_t) { ++owned; });
+    each_owned(h, list, static_cast<int>(r), [&](std::size_t) { ++others; });
+    from[r].resize(others * n * v.size());
+    to[r].reserve(owned * n * v.size());
+    each_owned(h, list, me, [&](std::size_t k) {
+      for (const RealVec* x : v)
+        for (std::size_t i = 0; i < n; ++i) to[r].push_back((*x)[k * n + i]);
+    });
+  }
+  comm_exchange(to, from);
+  for (std::size_t r = 0; r < h.common.size(); ++r) {
+    std::size_t at = 0;
+    each_owned(h, h.common[r], static_cast<int>(r), [&](std::size_t k) {
+      for (RealVec* x : v)
+        for (std::size_t i = 0; i < n; ++i) (*x)[k * n + i] = from[r][at++];
+    });
+  }
 }

@@ -394,10 +394,21 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   return true;
 }
 
+// elements alone, without ties: the rows stay until elements go, on all ranks alike
+bool rows_stay(const Model& m, const State& st, const Dofs& s)
+{
+  return s.rows.numbered && st.points.npoint_all() == 0 && st.bonds.nbond_all() == 0 && !m.part.tied &&
+      m.equation.empty();
+}
+
 // several ranks: rows shared between them
 bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   s.rows.split = true;
+  if (rows_stay(m, st, s)) {
+    MPFE_CHECK(!form_rows(m, step, st, d, s), "rows have changed although elements stay");
+    return false;
+  }
   double any[2] = {static_cast<double>(form_rows(m, step, st, d, s)), static_cast<double>(s.rows.hung)};
   comm_max(any, 2);
   s.rows.hung = any[1] > 0.0;

@@ -185,9 +185,9 @@ double frac_estimate(const Model& m, const Step& s, const Elements& el, const Fr
 void frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
                 const std::vector<Erosion>& all, Fracture& fr, Level& l, RealVec& released);
 
-// frac_when : time at which the criterion of each was met, by linear interpolation between l0 and l1 (7.15);
-// l0 if met there; l1 in statics, with FALLBACK and for elements with sudden release. Collective.
-//   in   fr      before they break
+// frac_when : time of the criterion of each on the line through its values at l0 and l1, which may lie before
+// l0 (7.15); l1 in statics, with FALLBACK, COHESIVE and for elements with sudden release. Collective.
+//   in   fr      before they break, with averages of l0
 void frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                const Level& l0, const Level& l1, std::vector<Erosion>& all);
 
@@ -195,7 +195,7 @@ void frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh
 void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0,
                   double dt, Level& l1);
 
-// frac_degraded : energy released by degradation between l0 and l1  (7.16). Collective.
+// frac_degraded : energy of owned elements released by degradation between l0 and l1              (7.16)
 double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l0, const Level& l1);
 

@@ -73,7 +73,6 @@ double frac_degraded(const Model& m, const Step& s, const Elements& el, const Po
     const auto work = [&](const Level& l, double c) { return broken_work(m, s, el, l0, l1, l, e, c); };
     sum += 0.5 * (work(l0, c0) - work(l0, mean) + work(l1, c1) - work(l1, mean));
   }
-  comm_sum(&sum, 1);
   return sum;
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/halo_numbers.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
 
@@ -28,7 +29,7 @@ double drive_at(const MatLaw& law, int dim, Split split, bool finite, const doub
 
 void frac_share(const MeshPart& part, RealVec& x)
 {
-  if (part.around.on()) halo_copy(part.around, 1, x);
+  if (part.around.on()) halo_numbers(part.around, 1, x);
 }
 
 double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,

@@ -20,6 +20,7 @@ const double TIP_STATICS = 0.2;
 const double TIP_MOTION = 0.4;
 // parts of an increment: round-off of the time of a break must not separate a symmetric pair  (no test)
 const double TIME_STEPS = 1e6;
+const double LONG_AGO = -1e300;        // time of a criterion that falls and has been met before
 // A crack kinks if the kink releases more by this factor: at a notch, with known direction, than straight
 // growth; for a grown crack, than |J|. Up to K_II/K_I = 0.4, |J| has the direction of a kink. Staircases of
 // the mesh have less gain, although they appear as shear, as do waves in dynamics (A14)
@@ -515,6 +516,13 @@ void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
   out.back().fallback = part;
 }
 
+// is there an element that opens against a traction?
+bool opens(const Model& m)
+{
+  return std::any_of(m.fracture.begin(), m.fracture.end(),
+                     [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; });
+}
+
 // COHESIVE: no traction at all Gauss points
 void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
 {
@@ -528,7 +536,8 @@ void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
   if (least >= 1.0) out.push_back(candidate(s, e, least, least, none));
 }
 
-// BALL: the criterion cannot be met with W_max, the largest energy / volume of any element
+// BALL: the criterion cannot be met with W_max, the largest energy / volume of the elements of this rank and
+// their halo, which have the ball
 bool out_of_reach(const Scan& s, int e, double W_max)
 {
   return ball_constant(s, e) * radius_of(s, e) * W_max * ROUNDING < s.fm.gc[e];
@@ -826,14 +835,15 @@ void mean_normal(const Scan& s, int e, double* N)
   for (int i = 0; i < 3; ++i) N[i] = sum[i] / std::sqrt(size);
 }
 
+// time at which the criterion was met, on the line through its values at l0 and l1                (7.15)
 //   in   s   at the level l0
 double when_met(const Scan& s, const Level& l1, const Erosion& x)
 {
   if (!s.dynamic() || s.fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
-  const double value0 = x.gain * value_of(s, x.elem, 0.0);
-  if (value0 >= 1.0) return s.l.time;
-  const double part = std::round(TIME_STEPS * (1.0 - value0) / (x.value - value0)) / TIME_STEPS;
-  return s.l.time + part * (l1.time - s.l.time);
+  if (s.def(x.elem).criterion == CRITERION_COHESIVE) return l1.time;
+  const double value0 = x.gain * value_of(s, x.elem, 0.0), dt = l1.time - s.l.time;
+  if (value0 >= 1.0 && value0 >= x.value) return LONG_AGO;
+  return s.l.time + std::round(TIME_STEPS * (1.0 - value0) / (x.value - value0)) / TIME_STEPS * dt;
 }
 
 // resets the history for a law of broken material; the dissipated energy is kept
@@ -892,8 +902,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   Scan s{m, step, el, fm, fr, l, {}, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
-  double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
-  if (m.part.on) W_max = comm_allreduce_max(W_max);
+  const double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
   std::vector<Candidate> all, open;
   // in motion frac_average has found which elements have enough psi+ for a candidate
   const bool averages = s.dynamic() && !fr.mean.empty() && fr.drive_time == l.time;
@@ -904,8 +913,8 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
     else if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
     else by_griffith(s, e, W_max, all);
   }
-  join(all);
-  join(open);
+  if (frac_uses_energy(m)) join(all);
+  if (opens(m)) join(open);
   drop_beside(all);
   keep_fronts(all);
   const bool fallback = all.empty();

@@ -5,6 +5,7 @@
 
 #include "base/comm.h"
 #include "base/grow.h"
+#include "base/halo_numbers.h"
 #include "base/sort_once.h"
 #include "point/grid_halo.h"
 
@@ -646,5 +647,5 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 void point_copy_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
 {
   if (!pts.part.lone_corners) return;
-  for (RealVec* v : x) halo_copy(pts.part.halo, dim, *v);         // one by one: the messages are long
+  for (RealVec* v : x) halo_numbers(pts.part.halo, dim, *v);      // one by one: the messages are long
 }

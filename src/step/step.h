@@ -456,6 +456,7 @@ RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a);
 // step_settle : statics: adds the energy lost by unbalanced forces at t(n) to st.ledger, by cause    (6.15)
 void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec& R0);
 
+bool step_grid_rubs(const Model& m);       // *GRID BOUNDARY, FRICTION
 // step_grid_friction : explicit: *GRID BOUNDARY, FRICTION changes the accelerations acc of the grid, and
 // reduces no velocity v + dt acc beyond zero; f: forces without it [neq]. Returns the power that it takes
 // at the velocity v                                                                                  (6.48)

@@ -140,7 +140,8 @@ void leap_nodes(const Dofs& s, const Level& n, Attempt& a)
   }
 }
 
-// acceleration and velocity at t(n+1), reactions, work (6.12); false: a number is not finite      (6.29)
+// acceleration and velocity at t(n+1), reactions, work of this rank (6.12); false: a number is not finite
+// here                                                                                            (6.29)
 //   in   rf0   reactions at t(n)  [nnode*dim]
 template <int D>
 bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt& a, Level& l)
@@ -169,7 +170,23 @@ bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt
     }
   }
   a.work = work;
-  return dof_all(s, std::isfinite(sum));
+  return std::isfinite(sum);
+}
+
+// sums the work over ranks, and books what the fall of stresses releases, in one message; false: a number of
+// a rank is not finite
+//   in   finite   numbers of this rank
+bool sum_work(Problem& p, bool finite, Attempt& a)
+{
+  Timer timer(PHASE_COMMIT);
+  State& st     = p.st;
+  double sum[3] = {finite ? 0.0 : 1.0, a.work, 0.0};
+  if (p.d.fm.on && finite)
+    sum[2] = frac_degraded(p.m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
+  comm_sum(sum, 3);
+  a.work = sum[1];
+  st.ledger.fracture += sum[2];
+  return sum[0] == 0.0;
 }
 
 // displacement of the rows of the grid                                                            (6.28)
@@ -257,9 +274,12 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, st, a.jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint, nullptr, a.energy);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, st, a.step, a.load, p.warned, a.fext);
-  if (failure.ok() && !(plane ? accelerate_nodes<2>(s, st.rf, st.n, a, st.np1)
-                              : accelerate_nodes<3>(s, st.rf, st.n, a, st.np1))) return BAD_NUMBER;
-  if (failure.ok() && on_grid) failure = accelerate_grid(s, a);
+  if (failure.ok()) {
+    const bool finite = plane ? accelerate_nodes<2>(s, st.rf, st.n, a, st.np1)
+                              : accelerate_nodes<3>(s, st.rf, st.n, a, st.np1);
+    if (on_grid) failure = accelerate_grid(s, a);
+    if (!sum_work(p, finite, a)) return BAD_NUMBER;
+  }
   st.log.iterations = 1;
   if (failure.ok()) assem_share_bonds(p.st, p.m.dim, a.jumps);
   return failure;
@@ -296,7 +316,7 @@ Failure step_explicit(Problem& p, Attempt& a)
     a.mode.bulk = &a.bulk;
   }
   const bool on_grid = step_on_grid(p.d, s);
-  a.plain = !s.bound.tie.any && !s.mass.damped;
+  a.plain = !s.bound.tie.any && !s.mass.damped && !step_grid_rubs(p.m);
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
   if (on_grid) ledger_leap(s, a.dt, p.st);             // accelerations of the grid: step_motion_begin

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/halo_numbers.h"
 #include "base/timer.h"
 #include "model/scheme.h"
 #include "step/step.h"
@@ -233,6 +234,8 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
   const int dim  = m.dim;
   const Bonds& b = st.bonds;
   double C[9], g0[3], g1[3], sum = b.halo.on() ? 0.0 : work;
+  if (std::none_of(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.kind == BOND_GROUND; }))
+    return work;
   for (int k = 0; k < b.nbond; ++k) {
     if (b.side[k] != SIDE_GROUND || !b.counts(k)) continue;
     bond_ground_motion(m, b, k, a.t0, a.total0, g0);
@@ -339,6 +342,17 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
   st.contact = log;
 }
 
+// books what the fall of stresses releases; explicit steps: sums the work over ranks
+void book_release(Problem& p, const Attempt& a, bool leaps, double& work)
+{
+  State& st     = p.st;
+  double sum[2] = {0.0, leaps ? work : 0.0};
+  if (p.d.fm.on) sum[0] = frac_degraded(p.m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
+  if (p.d.fm.on || leaps) comm_sum(sum, 2);
+  st.ledger.fracture += sum[0];
+  if (leaps) work = sum[1];
+}
+
 // energy dissipated by the bulk viscosity, and its damping ratio for the next increment          (6.35)
 void finish_bulk(const Attempt& a, State& st)
 {
@@ -381,7 +395,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
     std::vector<RealVec*> fields{&st.np1.u};
     if (a.cM != 0.0 && (st.bonds.nbond_all() || !m.conversion.empty()))
       fields.insert(fields.end(), {&st.np1.v, &st.np1.a});
-    halo_copy_all(m.part.halo, m.dim, fields);
+    halo_numbers(m.part.halo, m.dim, fields);
   }
   // 2. dissipation of ghosts and damping                                            (3.17), (6.21)
   finish_ghosts(m, p.d.grid, s, a, dv, st.ledger);
@@ -396,9 +410,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   if (a.cM == 0.0) R0 = step_residual_at_start(s, a);
   double work = a.plain ? a.work : external_work(s, a, rf0, R0);
   if (a.cM == 0.0) step_settle(p, a, rf0, R0);
-  if (p.d.fm.on) st.ledger.fracture += frac_degraded(m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
+  if (!a.plain) book_release(p, a, leaps, work);     // else: by step_explicit
   if (leaps) {                 // energies: when they are output (run_step), or for a fracture test
-    comm_sum(&work, 1);
     if (a.step.bulk()) finish_bulk(a, st);
   } else {
     ledger_sums(m, p.d.el, s, st.np1, a.step.nlgeom, st, work, p.d.fm.on ? &energy : nullptr);

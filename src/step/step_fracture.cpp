@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "base/comm.h"
+#include "base/halo_numbers.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "model/model_cut.h"
@@ -58,22 +59,32 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, doubl
   frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
 }
 
-// Explicit: times of breaking between the last test and now. The averages of psi+ are those of both tests, so
-// frac_when has the part of the interval; without average it has the increment                      (7.15)
-//   in   mean    averages of the last test
-void find_times(const Problem& p, const Step& s, double last, RealVec& mean, const Level& l0, State& st,
+// Explicit: averages of psi+ at t(n) of the increment, linear between the last test and now; 0, which stands
+// for the actual value, where there was none at the last test                                    (7.15)
+//   in   before, now   averages of the last test and of now, t1
+RealVec averages_between(const RealVec& before, const RealVec& now, double last, double t, double t1)
+{
+  RealVec mean(before);
+  const double part = (t - last) / (t1 - last);
+  for (size_t e = 0; e < mean.size(); ++e)
+    if (mean[e] > 0.0) mean[e] += part * (now[e] - mean[e]);
+  return mean;
+}
+
+// times of breaking since the last test: in implicit steps at t(n) of the increment, from l0 on; in explicit
+// ones they may lie before it
+//   in   mean    averages at the last test; empty: none
+void find_times(const Problem& p, const Step& s, double last, RealVec mean, const Level& l0, State& st,
                 std::vector<Erosion>& erode)
 {
-  const Level& l1 = st.n;
-  const bool averages = !mean.empty() && last < l1.time;
-  if (averages) st.frac.mean.swap(mean);
-  frac_when(p.m, s, p.d.el, p.d.fm, st.frac, l0, l1, erode);
-  if (averages) st.frac.mean.swap(mean);
-  for (Erosion& x : erode) {
-    const double part = (x.time - l0.time) / (l1.time - l0.time);
-    if (averages && p.m.fracture[x.def].average > 0.0) x.time = last + part * (l1.time - last);
-    else if (part <= 0.0) x.time = std::min(x.time, last);
+  if (erode.empty()) return;
+  if (s.explicit_steps()) {
+    mean = averages_between(mean, st.frac.mean, last, l0.time, st.n.time);
+    st.frac.mean.swap(mean);
   }
+  frac_when(p.m, s, p.d.el, p.d.fm, st.frac, l0, st.n, erode);
+  if (s.explicit_steps()) st.frac.mean.swap(mean);
+  for (Erosion& x : erode) x.time = std::max(x.time, s.explicit_steps() ? last : l0.time);
 }
 
 // Explicit: elements that break and lose their stress over a time do not change forces and energies at once;
@@ -123,7 +134,7 @@ void jump_forces(Problem& p, RealVec& force)
   }
   comm_sum(&change, 1);
   p.st.ledger.fracture += 0.125 * p.st.ledger.leap * p.st.ledger.leap * change;
-  if (p.m.part.around.on()) halo_copy(p.m.part.halo, dim, p.st.n.a);
+  if (p.m.part.around.on()) halo_numbers(p.m.part.halo, dim, p.st.n.a);
 }
 
 // releases points, breaks elements and converts those that are due. The released energy is booked separately.
@@ -261,8 +272,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     if (converts) frac_due(p.m, p.d.el, p.d.fm, p.st.frac, p.st.n, convert);
     if (s.explicit_steps() && !(erode.empty() && convert.empty())) step_undo_state(p.st, before);
     if (converts) frac_open(p.m, p.d.fm, p.st.n, p.st.frac, convert);
-    if (s.explicit_steps()) find_times(p, s, last, mean, before.n, p.st, erode);
-    else frac_when(p.m, s, p.d.el, p.d.fm, p.st.frac, before.n, p.st.n, erode);
+    find_times(p, s, last, mean, before.n, p.st, erode);
     std::stable_sort(erode.begin(), erode.end(),
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
     if (converts && s.proc == PROC_DYNAMIC)

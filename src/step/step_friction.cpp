@@ -11,6 +11,11 @@ const double MIN_ROW_SUM = 0.05;
 
 }  // namespace
 
+bool step_grid_rubs(const Model& m)
+{
+  return std::any_of(m.grid_bc.begin(), m.grid_bc.end(), [](const GridBc& b) { return b.friction > 0.0; });
+}
+
 // ---------------------------------------------------------------------------
 // step_grid_friction : *GRID BOUNDARY, FRICTION                                       doc/theory.md (6.48)
 //
@@ -23,7 +28,7 @@ double step_grid_friction(const Problem& p, const RealVec& f, const RealVec& v, 
   const Dofs& s   = p.dofs;
   const int dim   = s.rows.dim;
   const auto& all = p.m.grid_bc;
-  if (std::none_of(all.begin(), all.end(), [](const GridBc& b) { return b.friction > 0.0; })) return 0.0;
+  if (!step_grid_rubs(p.m)) return 0.0;
   // 1. forces of the planes
   RealVec R, change(s.rows.neq(), 0.0), taken;
   mass_multiply(s, acc, R);

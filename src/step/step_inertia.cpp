@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/halo_numbers.h"
 #include "base/timer.h"
 #include "model/scheme.h"
 #include "step/step.h"
@@ -262,7 +263,7 @@ void put_accelerations(Problem& p, const RealVec& acc)
   for (int r = 0; r < s.rows.nfe; ++r)
     for (int i = 0; i < s.rows.dim; ++i)
       p.st.n.a[s.rows.node_of_row[r] * s.rows.dim + i] = acc[r * s.rows.dim + i];
-  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.rows.dim, p.st.n.a);
+  if (p.m.part.around.on()) halo_numbers(p.m.part.halo, s.rows.dim, p.st.n.a);
 }
 
 }  // namespace

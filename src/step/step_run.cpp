@@ -136,22 +136,35 @@ std::string cuts_text(const Model& m, const State& st, const Failure& f)
   return text + limit;
 }
 
-// Was a signal received on any rank? The same message checks that results are equal on all ranks, since ranks
-// decide by them
-bool check_ranks(const State& st)
+// other ranks do not repeat a warning. Collective with a divided model
+void share_warned(Problem& p)
 {
-  if (comm_size() == 1) return step_signalled();
+  std::string own;
+  for (const std::string& text : p.warned) own += text + '\0';
+  for (const std::string& all : comm_exchange(std::vector<std::string>(comm_size(), own)))
+    for (size_t at = 0; at < all.size(); at = all.find('\0', at) + 1) p.warned.insert(all.c_str() + at);
+  p.warned_all = p.warned.size();
+}
+
+// Several ranks: was a signal received on any of them? The same message checks that results are equal on all
+// ranks, since ranks decide by them, and finds new warnings
+bool check_ranks(Problem& p)
+{
+  if (comm_size() == 1) return false;
+  const State& st     = p.st;
   const double own[4] = {st.log.residual, st.ledger.strain, st.ledger.balance,
                           static_cast<double>(st.log.iterations)};
-  double largest[9] = {static_cast<double>(interrupt_signal())};
+  double largest[10] = {static_cast<double>(interrupt_signal())};
   for (int k = 0; k < 4; ++k) {
     largest[1 + k] = own[k];
     largest[5 + k] = -own[k];
   }
-  comm_max(largest, 9);
+  largest[9] = p.m.part.on && p.warned.size() != p.warned_all;
+  comm_max(largest, 10);
   for (int k = 0; k < 4; ++k)
     MPFE_CHECK(own[k] == largest[1 + k] && own[k] == -largest[5 + k],
                "ranks computed different results: run all ranks on the same CPU type and build");
+  if (largest[9] > 0.0) share_warned(p);
   if (largest[0] != 0.0 && !interrupt_signal()) interrupt_note(static_cast<int>(largest[0]));
   return largest[0] != 0.0;
 }
@@ -460,17 +473,6 @@ void report_half(const State& st, const HalfWatch& half, Warned& warned)
            st.log.step, st.n.time, half.residual, half_part(half));
 }
 
-// other ranks do not repeat a warning. Collective with a divided model
-void share_warned(Problem& p)
-{
-  if (!p.m.part.on || comm_allreduce_max(static_cast<int>(p.warned.size() != p.warned_all)) == 0) return;
-  std::string own;
-  for (const std::string& text : p.warned) own += text + '\0';
-  for (const std::string& all : comm_exchange(std::vector<std::string>(comm_size(), own)))
-    for (size_t at = 0; at < all.size(); at = all.find('\0', at) + 1) p.warned.insert(all.c_str() + at);
-  p.warned_all = p.warned.size();
-}
-
 // explicit: a run restarted from the file just written has neither velocity nor acceleration of the grid.
 // This run discards them too, so that both continue bitwise alike. Collective.
 void discard_grid(Problem& p, const Output& out)
@@ -490,8 +492,9 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
   State& st = p.st;
   const std::vector<double> stops = clock_stops(p.m, s, st.clock.start);
   p.ready = false;
+  bool signal = check_ranks(p);        // several ranks
   while (!clock_over(s, st.clock)) {
-    if (check_ranks(st)) return interrupted(p, out);
+    if (signal || (comm_size() == 1 && step_signalled())) return interrupted(p, out);
     if (step_divides_again(p, s)) {
       step_turn_apart(p, s);
       p.again = AGAIN_WORK;
@@ -521,7 +524,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     warn_of_state(p, s);
     warn_of_crawl(s, st, inc, p.warned);
     log_gather();
-    share_warned(p);
+    signal = check_ranks(p);
     // 6. write
     out_increment(p.m, p.d.el, st, p.d.grid, out);
     report_half(st, inc.half, p.warned);
@@ -529,7 +532,6 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     out_restart(p.m, st, p.d.grid, false, out);
     if (s.explicit_steps() && p.m.output.restart.write) discard_grid(p, out);
   }
-  check_ranks(st);
   return STATUS_OK;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 
 #include "base/comm.h"
+#include "base/halo_numbers.h"
 #include "base/log.h"
 #include "elem/elem_share.h"
 #include "step/step.h"
@@ -154,7 +155,7 @@ void contact_masses(const Problem& p, RealVec& mass)
   mass.assign(nnode, 0.0);
   for (int n = 0; n < nnode; ++n)
     if (s.rows.row_of_node[n] >= 0) mass[n] = s.mass.lumped[s.rows.row_of_node[n]];
-  if (comm_size() > 1) halo_copy(p.m.part.halo, 1, mass);      // nodes of faces of other ranks have no rows
+  if (comm_size() > 1) halo_numbers(p.m.part.halo, 1, mass);   // nodes of faces of other ranks have no rows
   for (size_t c = 0; c < corner.size(); ++c)
     mass.push_back(corner[c] * (coupled[c] > 0.0 ? 1.0 / (1 << s.rows.dim) : 1.0));
 }
@@ -222,6 +223,7 @@ double contact_part(Problem& p, double omega2)
 {
   RealVec &push = p.stable.push, &mass = p.stable.mass;
   int acts = 0;
+  if (p.st.bonds.nbond_all() == 0) return 0.0;
   for (int k : p.dofs.rows.bond_acts) acts = acts || p.st.bonds.side[k] == SIDE_CONTACT;
   if (comm_allreduce_max(acts) == 0) return 0.0;
   contact_masses(p, mass);

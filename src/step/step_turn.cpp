@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "base/halo_numbers.h"
 #include "step/step.h"
 
 namespace {
@@ -68,7 +69,7 @@ Failure add_turn(Problem& p, const RealVec& of_place)
   const int first = grid.first * s.rows.dim;
   for (size_t i = 0; i < grid.a.size(); ++i)
     if (s.bound.fixed[first + i] == DOF_FREE) grid.a[i] += acc[first + i];
-  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.rows.dim, p.st.n.a);
+  if (p.m.part.around.on()) halo_numbers(p.m.part.halo, s.rows.dim, p.st.n.a);
   return STATUS_OK;
 }
 
@@ -104,6 +105,7 @@ Failure step_turn(Problem& p)
   const bool anew  = step_on_grid(p.d, p.dofs) &&
       (grid.a.empty() || grid.pattern != s.pattern.number || grid.made != p.d.grid.made);
   p.stable.apart = false;
+  if (p.st.bonds.nbond_all() == 0) return STATUS_OK;
   if ((dof_all(s, before.empty()) && !apart) || !dof_all(s, !anew)) return STATUS_OK;
   contact_at_start(p, now);
   for (size_t k = 0; k < now.size() && !apart; ++k) now[k] -= before[k];

@@ -42,14 +42,14 @@ class Glass:
 
 
 def write_deck(folder, tag, glass, kind="aligned", rows=2, h=0.5e-3, dt=None, T=15.7e-6, Gc=3.0, mass="", scheme="",
-               shift=None, W=0.1, H=0.04, T0=1.0, breaks="MAYBREAK", ft=None, fine=None):
+               shift=None, W=0.1, H=0.04, T0=1.0, breaks="MAYBREAK", ft=None, fine=None, seed=1):
     """The deck of a run; mass: empty, the default; shift: broken elements become points on a grid shifted by so many cells.
 
-    ft: CRITERION=COHESIVE with this strength; fine: of a14_mesh."""
+    ft: CRITERION=COHESIVE with this strength; fine, seed: of a14_mesh."""
     a, dt = 0.5 * W, dt or 2e-4 * h
-    mesh = os.path.join(folder, "mesh_%s_%d_%g_%g.inc" % (kind, rows, h * 1e3, W * 1e3))
+    mesh = os.path.join(folder, "mesh_%s_%d_%g_%g%s.inc" % (kind, rows, h * 1e3, W * 1e3, "" if seed == 1 else "_seed%d" % seed))
     if not os.path.exists(mesh):
-        a14_mesh.write(mesh, kind, W, H, a, h, rows, fine)
+        a14_mesh.write(mesh, kind, W, H, a, h, rows, fine, seed)
     values = dict(h=h, T=T, dt=dt, T0=T0, Gc=Gc, E=glass.E, nu=glass.nu, rho=glass.rho, sig=glass.sig, W=W, H=H)
     text = "*PARAMETER\n" + "".join("%s = %.12g\n" % p for p in values.items())
     text += "*INCLUDE, INPUT=%s\n*INCLUDE, INPUT=%s/a14_plate.inc\n" % (mesh, HERE)

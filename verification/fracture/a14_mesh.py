@@ -1,6 +1,6 @@
 """Meshes of the plate of A14 and A15, W x H with a notch along y = 0 from the left edge to x = a, as a file that a deck includes.
 
-write(path, kind, W, H, a, h, rows, fine): the notch is `rows` rows of elements high. Kinds:
+write(path, kind, W, H, a, h, rows, fine, seed): the notch is `rows` rows of elements high. Kinds:
   aligned      squares; rows = 1: a row of them lies on y = 0, rows = 2: a line of nodes does
   graded       the same; edges grow by 5 % from one to the next, up to 3 h, beyond 0.05 W around and 0.1 W ahead of the tip;
                fine = (around, ahead, largest edge): other lengths
@@ -76,11 +76,11 @@ def scattered(W, H, h, seed=1):
     return triangulate(edge, X * [W / nx, H / ny] + [0.0, -0.5 * H], 1e-3 * h * h)
 
 
-def mesh(kind, W, H, a, h, rows, fine):
+def mesh(kind, W, H, a, h, rows, fine, seed=1):
     if kind == "triangles":
-        return scattered(W, H, h)
+        return scattered(W, H, h, seed)
     if kind == "quads":
-        return three_quads(*scattered(W, H, np.sqrt(6.0) * h))
+        return three_quads(*scattered(W, H, np.sqrt(6.0) * h, seed))
     if kind in ("graded", "slab"):
         y, x = graded(W, H, a, h, fine)
         plane = lattice(x, y)
@@ -100,9 +100,9 @@ def mesh(kind, W, H, a, h, rows, fine):
     return X, conn
 
 
-def write(path, kind, W, H, a, h, rows, fine=None):
+def write(path, kind, W, H, a, h, rows, fine=None, seed=1):
     """Writes the mesh with its sets and surfaces; returns h, the root of the mean area of a square."""
-    X, conn = mesh(kind, W, H, a, h, rows, fine)
+    X, conn = mesh(kind, W, H, a, h, rows, fine, seed)
     corners = X[conn]
     lo, hi = corners.min(1), corners.max(1)
     centre = corners.mean(1)

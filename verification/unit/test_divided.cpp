@@ -12,6 +12,7 @@
 #include "assem/assem.h"
 #include "assem/mass_rows.h"
 #include "assem/mass_rows.h"
+#include "base/halo_numbers.h"
 #include "base/key_number.h"
 #include "solve/solve_data.h"
 #include "samples.h"
@@ -412,6 +413,24 @@ TEST(Divided, FactorsOfOtherRows)
       EXPECT_LT(worst(x, local(l, exact / 2.0)), 1e-7 * exact.lpNorm<Eigen::Infinity>());
       solve_close(s);
     }
+}
+
+// numbers without their counts are those with counts; two vectors in one message
+TEST(Divided, NumbersOfTheHalo)
+{
+  NEEDS_RANKS;
+  Lattice l = lattice(2, {6, 4}, by_slices, 0.0);
+  RealVec a(l.A.neq()), b(l.A.neq());
+  for (int i = 0; i < l.A.neq(); ++i) {
+    a[i] = 100.0 * comm_rank() + i;
+    b[i] = -a[i];
+  }
+  RealVec x = a, y = a, z = b;
+  halo_copy(l.A.halo, 2, x);
+  halo_numbers(l.A.halo, 2, {&y, &z});
+  EXPECT_EQ(comm_allreduce_max(static_cast<int>(x != a)), 1);        // on ranks that do not own all
+  EXPECT_EQ(x, y);
+  for (int i = 0; i < l.A.neq(); ++i) EXPECT_EQ(z[i], -x[i]);
 }
 
 TEST(Divided, ZeroPivots)
