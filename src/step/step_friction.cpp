@@ -7,7 +7,7 @@ namespace {
 
 // Rows with a smaller row sum relative to their diagonal are left out: weights of opposite sign cancel there
 // (no test)
-const double MIN_ROW_SUM = 0.05;
+const double MIN_ROW_PART = 0.05;
 
 }  // namespace
 
@@ -38,7 +38,7 @@ double step_grid_friction(const Problem& p, const RealVec& f, const RealVec& v, 
     const int k = s.bound.grid_bc[i], r = i / dim;
     if (k < 0 || all[k].friction == 0.0 || i % dim != all[k].axis) continue;
     const double push = -all[k].side * R[i], mass = s.mass.lumped[r];
-    if (push <= 0.0 || mass <= MIN_ROW_SUM * s.mass.M_diag[r]) continue;
+    if (push <= 0.0 || mass <= MIN_ROW_PART * s.mass.M_diag[r]) continue;
     double along[3] = {}, speed = 0.0;
     for (int j = 0; j < dim; ++j) {
       if (s.bound.fixed[r * dim + j] != DOF_FREE) continue;
