@@ -285,8 +285,9 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
       if (!scheme_of(s).acceleration || change != FORCES_ANEW) return STATUS_OK;
       p.newton.grid.a.clear();             // the forces have jumped
       // where points follow nodes, step_motion_begin evaluates all forces
-      if (s.explicit_steps() && step_on_grid(p.d, p.dofs) && !p.d.grid.corner_mesh.empty())
-        return STATUS_OK;
+      const bool followed = s.explicit_steps() && step_on_grid(p.d, p.dofs) &&
+          !dof_all(p.dofs, p.d.grid.corner_mesh.empty());
+      if (followed) return STATUS_OK;
       failure = step_initial_acceleration(p, s, t_step);
       if (failure.ok() && s.explicit_steps()) book_leap(p, s, p.st.ledger.fracture);
       return failure;

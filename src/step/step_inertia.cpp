@@ -353,7 +353,8 @@ Failure step_motion_begin(Problem& p, Attempt& a)
   }
   Failure failure;
   const bool known = projection_known(p.st, p.d, s, before);
-  if (known && a.plain && !before.a.empty()) {       // nodes: explicit_nodes
+  const bool has = known && dof_all(s, before.a.size() == before.v.size());  // a rank may have no row
+  if (has && a.plain) {        // nodes: explicit_nodes
     timer_skip(PHASE_PROJECT);
     const auto at = static_cast<long>(before.first) * s.rows.dim;
     a.vgrid.assign(s.rows.neq(), 0.0);
@@ -370,7 +371,7 @@ Failure step_motion_begin(Problem& p, Attempt& a)
     failure = velocity_at_start(p.st, p.d, s, before, a.momentum, a.vgrid);
   }
   if (!failure.ok()) return failure;
-  if (known && !before.a.empty()) {
+  if (has) {
     a.agrid = dof_of_nodes(s, p.st.n.a);
     std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + before.first * s.rows.dim);
     return STATUS_OK;

@@ -103,7 +103,7 @@ Failure step_turn(Problem& p)
   const GridVelocity& grid = p.newton.grid;
   const bool apart = p.stable.apart;
   const bool anew  = step_on_grid(p.d, p.dofs) &&
-      (grid.a.empty() || grid.pattern != s.pattern.number || grid.made != p.d.grid.made);
+      (grid.a.size() != grid.v.size() || grid.pattern != s.pattern.number || grid.made != p.d.grid.made);
   p.stable.apart = false;
   if (p.st.bonds.nbond_all() == 0) return STATUS_OK;
   if ((dof_all(s, before.empty()) && !apart) || !dof_all(s, !anew)) return STATUS_OK;
