@@ -249,23 +249,24 @@ void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
   sort_border(m);
 }
 
-// takes the islands out of the chosen rows
+// one rank: takes the islands out of the chosen rows
 template <class May>
 void take_islands(const Dofs& s, May may, std::vector<char>& take, MassRows& m)
 {
   const SysMatrix& A = s.pattern.A;
-  const int nrow = s.rows.nrow, first = s.rows.nfe;
+  const int nrow = s.rows.nrow;
+  if (sys_shared(A)) return;
   Forest parts(nrow);
   for (int r = 0; r < nrow; ++r)
     for (int k = A.off[r]; k < A.off[r + 1] - 1; ++k)
       if (may(k)) parts.join(r, A.col[k]);
   IntVec size(nrow, 0), number(nrow, -1), at(nrow, -1);
-  for (int r = 0; r < nrow; ++r) size[parts.root(r)] += r >= first && take[r] ? 1 : MAX_ISLAND + 1;
+  for (int r = 0; r < nrow; ++r) size[parts.root(r)] += take[r] ? 1 : MAX_ISLAND + 1;
   int count = 0;
-  for (int r = first; r < nrow; ++r)
+  for (int r = 0; r < nrow; ++r)
     if (parts.root(r) == r && size[r] <= MAX_ISLAND) number[r] = count++;
   m.island = gather_lists(count, [&](auto use) {
-    for (int r = first; r < nrow; ++r)
+    for (int r = 0; r < nrow; ++r)
       if (number[parts.root(r)] >= 0) use(number[parts.root(r)], r);
   });
   for (int i = 0; i < count; ++i) {
@@ -308,7 +309,10 @@ std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of)
 {
   auto m = std::make_shared<MassRows>();
   m->of  = of;
-  form(s, rows_from(s, of == ROWS_ALL ? 0 : s.rows.nfe), [&](int k) { return s.mass.M[k] != 0.0; }, *m);
+  const auto couples = [&](int k) { return s.mass.M[k] != 0.0; };
+  std::vector<char> take = rows_from(s, of == ROWS_ALL ? 0 : s.rows.nfe);
+  take_islands(s, couples, take, *m);
+  form(s, take, couples, *m);
   return m;
 }
 
@@ -328,7 +332,7 @@ std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, con
   std::vector<char> take = coupled ? coupled_rows(s, may)
       : s.rows.hung                ? near_points(grid, s, can)
                                    : rows_from(s, s.rows.nfe);
-  if (!sys_shared(s.pattern.A)) take_islands(s, can, take, *m);
+  take_islands(s, can, take, *m);
   form(s, take, can, *m);
   return m;
 }

@@ -30,8 +30,8 @@ struct MassRows {
   IntVec row;                  // [n] of the system, ascending; several ranks: the border after the others
   MassCouplings all;           // rows count here; from: blocks of M
   std::vector<MassRim> rim;
-  // one rank: rows of the grid, at most MAX_ISLAND, that couple with each other only, as the corners of a
-  // released point: solved by elimination, and not among the rows above
+  // one rank: at most MAX_ISLAND rows that couple with each other only, as the corners of a released point or
+  // a lumped node: solved by elimination, and not among the rows above
   ListTable island;            // rows of the system
   IntVec island_from;          // [pairs of rows of each island] blocks of M, -1: none
   // several ranks: the couplings of this one, sorted. The border is the rows shared with other ranks
