@@ -193,7 +193,7 @@ struct FaceNow {
 // Relative to the size of a face: a point that meets the face lies beside an edge by at most this much, and a
 // point above the face by more than HEIGHT_TOL by at most the second value. The first is a quarter of the
 // largest depth and the rim (contact_meet), the second the rim and a normal that is off by 0.03: too small
-// values lose contacts, larger ones cost time only  (test: Contact.FacesOutOfRangeMeetNothing)
+// values lose contacts, larger ones cost time only  (test: contact/g2_stack.inp)
 const double BESIDE_TOL = 0.16, BESIDE_ABOVE = 0.06;
 
 // planes through the edges of a face that is flat; a corner outside of one of them: none

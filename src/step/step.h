@@ -267,8 +267,8 @@ Failure step_change(Problem& p, int k);
 const int EXPLICIT_BATCH = 4;
 
 // step_converts : may elements be converted and points be released at the end of this increment?
-// step_searches : is it the increment after, in which faces and nodes that meet are found anew after a small
-// motion? In between the grid follows KEEP, and contact points keep their faces over a larger one
+// step_searches : is it the increment after, in which a grid shared by bodies that meet is reset after a
+// tenth of KEEP? In between it follows KEEP
 inline bool step_converts(const Step& s, const StepLog& log)
 {
   return !s.explicit_steps() || log.inc % EXPLICIT_BATCH == 0;

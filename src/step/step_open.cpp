@@ -331,9 +331,6 @@ Failure lay_grid(Problem& p, const Step& s, const RealVec& xb, bool stays)
 // Explicit steps keep contact faces until a node moved by this part of the smallest face since the search
 // (test: contact/x2_discs.inp)
 const double SEARCH_MOVE = 0.02;
-// the same between the increments of step_searches: the part of both faces that the search range includes, so
-// that no face is missed  (test: paper/p9_explicit.inp)
-const double SEARCH_MOVE_BETWEEN = 0.125;
 
 // Factor of the depth from which the contact pressure grows, in explicit steps: otherwise a point that
 // penetrates so far in one increment would be rejected faster than is stable
@@ -362,10 +359,11 @@ bool step_contact_stays(const Problem& p, const Step& s)
                f.changes == st.frac.nconverted + st.frac.nreleased && f.u.size() == st.n.u.size() &&
                f.uc.size() == st.n.uc.size() && p.d.pairs.gap.size() == static_cast<size_t>(st.bonds.nbond);
   double largest[2] = {stays ? 0.0 : 1.0, 0.0};
-  if (stays) largest[1] = std::sqrt(std::max(largest_way2(p.m.dim, f.u, st.n.u), largest_way2(p.m.dim, f.uc, st.n.uc)));
+  if (stays)
+    largest[1] = std::sqrt(std::max(largest_way2(p.m.dim, f.u, st.n.u),
+                                    largest_way2(p.m.dim, f.uc, st.n.uc)));
   if (p.m.part.on) comm_max(largest, 2);
-  const double most = step_searches(s, st.log) ? SEARCH_MOVE : SEARCH_MOVE_BETWEEN;
-  return largest[0] == 0.0 && largest[1] < most * f.size;
+  return largest[0] == 0.0 && largest[1] < SEARCH_MOVE * f.size;
 }
 
 namespace {
