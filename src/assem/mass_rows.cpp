@@ -4,6 +4,9 @@
 #include <iterator>
 #include <map>
 
+#include "base/forest.h"
+#include "base/gather_lists.h"
+
 namespace {
 
 // Layers of nodes around points: the change by the projection decays by 0.27 from layer to layer, to 1e-15
@@ -44,15 +47,30 @@ IntVec agree(const Halo& h, IntVec& steps)
   return fewer;
 }
 
+// neighbours of each row by blocks of M that can be nonzero
+template <class May>
+ListTable mass_graph(const SysMatrix& A, May may)
+{
+  return gather_lists(A.nrow, [&](auto use) {
+    for (int r = 0; r < A.nrow; ++r)
+      for (int k = A.off[r]; k < A.off[r + 1] - 1; ++k) {
+        if (!may(k)) continue;
+        use(r, A.col[k]);
+        use(A.col[k], r);
+      }
+  });
+}
+
 // [nrow] 1: a row near points of this rank or another one
-std::vector<char> near_points(const ActiveGrid& grid, const Dofs& s)
+template <class May>
+std::vector<char> near_points(const ActiveGrid& grid, const Dofs& s, May may)
 {
   IntVec steps(s.rows.nrow, LAYERS + 1);
   std::fill(steps.begin() + s.rows.nfe, steps.end(), 0);
   for (int q : s.rows.owned_point)
     for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
       steps[s.rows.nfe + grid.point.item[k]] = 0;
-  const ListTable graph = sys_graph(s.pattern.A);
+  const ListTable graph = mass_graph(s.pattern.A, may);
   IntVec from;
   for (int r = 0; r < s.rows.nrow; ++r)
     if (steps[r] == 0) from.push_back(r);
@@ -231,6 +249,39 @@ void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
   sort_border(m);
 }
 
+// one rank: takes the islands out of the chosen rows
+template <class May>
+void take_islands(const Dofs& s, May may, std::vector<char>& take, MassRows& m)
+{
+  const SysMatrix& A = s.pattern.A;
+  const int nrow = s.rows.nrow;
+  if (sys_shared(A)) return;
+  Forest parts(nrow);
+  for (int r = 0; r < nrow; ++r)
+    for (int k = A.off[r]; k < A.off[r + 1] - 1; ++k)
+      if (may(k)) parts.join(r, A.col[k]);
+  IntVec size(nrow, 0), number(nrow, -1), at(nrow, -1);
+  for (int r = 0; r < nrow; ++r) size[parts.root(r)] += take[r] ? 1 : MAX_ISLAND + 1;
+  int count = 0;
+  for (int r = 0; r < nrow; ++r)
+    if (parts.root(r) == r && size[r] <= MAX_ISLAND) number[r] = count++;
+  m.island = gather_lists(count, [&](auto use) {
+    for (int r = 0; r < nrow; ++r)
+      if (number[parts.root(r)] >= 0) use(number[parts.root(r)], r);
+  });
+  for (int i = 0; i < count; ++i) {
+    const int n = m.island.count(i), *row = m.island.begin(i);
+    const size_t from = m.island_from.size();
+    m.island_from.resize(from + pair_count(n), -1);
+    for (int a = 0; a < n; ++a) at[row[a]] = a;
+    for (int a = 0; a < n; ++a) {
+      take[row[a]] = 0;
+      for (int k = A.off[row[a]]; k < A.off[row[a] + 1]; ++k)
+        if (may(k) || k == A.off[row[a] + 1] - 1) m.island_from[from + pair_index(a, at[A.col[k]])] = k;
+    }
+  }
+}
+
 std::vector<char> rows_from(const Dofs& s, int first)
 {
   std::vector<char> take(s.rows.nrow, 1);
@@ -258,7 +309,10 @@ std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of)
 {
   auto m = std::make_shared<MassRows>();
   m->of  = of;
-  form(s, rows_from(s, of == ROWS_ALL ? 0 : s.rows.nfe), [&](int k) { return s.mass.M[k] != 0.0; }, *m);
+  const auto couples = [&](int k) { return s.mass.M[k] != 0.0; };
+  std::vector<char> take = rows_from(s, of == ROWS_ALL ? 0 : s.rows.nfe);
+  take_islands(s, couples, take, *m);
+  form(s, take, couples, *m);
   return m;
 }
 
@@ -273,8 +327,12 @@ std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, con
       may[k] = may[k] && s.pattern.A.col[k] >= s.rows.nfe;
   auto m = std::make_shared<MassRows>();
   m->of  = s.rows.hung ? ROWS_NEAR : ROWS_GRID;
-  std::vector<char> take = s.rows.hung ? near_points(grid, s) : rows_from(s, s.rows.nfe);
-  if (s.rows.lumps && !sys_shared(s.pattern.A)) take = coupled_rows(s, may);
-  form(s, take, [&](int k) { return may[k]; }, *m);
+  const auto can = [&](int k) { return may[k] != 0; };
+  const bool coupled = s.rows.lumps && !sys_shared(s.pattern.A);
+  std::vector<char> take = coupled ? coupled_rows(s, may)
+      : s.rows.hung                ? near_points(grid, s, can)
+                                   : rows_from(s, s.rows.nfe);
+  take_islands(s, can, take, *m);
+  form(s, take, can, *m);
   return m;
 }

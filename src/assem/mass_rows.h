@@ -22,11 +22,18 @@ struct MassRim {
   int row, beyond, from;       // here, of the system, block of M
 };
 
+// largest number of rows of an island: corners of a point
+const int MAX_ISLAND = 8;
+
 struct MassRows {
   MassRowsOf of = ROWS_ALL;
   IntVec row;                  // [n] of the system, ascending; several ranks: the border after the others
   MassCouplings all;           // rows count here; from: blocks of M
   std::vector<MassRim> rim;
+  // one rank: at most MAX_ISLAND rows that couple with each other only, as the corners of a released point or
+  // a lumped node: solved by elimination, and not among the rows above
+  ListTable island;            // rows of the system
+  IntVec island_from;          // [pairs of rows of each island] blocks of M, -1: none
   // several ranks: the couplings of this one, sorted. The border is the rows shared with other ranks
   Halo halo;                   // of these rows
   // rows of this rank alone (one rank: all rows); they use the couplings in all

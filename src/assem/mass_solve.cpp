@@ -527,6 +527,58 @@ bool rim_stays(const Dofs& s, const MassRows& rows, const double* size, const Re
   return below<D>(square, goal);
 }
 
+// M = L L^T of one direction of an island; rows that are not free: unit rows. False: M is not positive
+bool factor_island(int n, const int* from, const RealVec& M, const bool* free, double* L)
+{
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b <= a; ++b) {
+      const int k = from[pair_index(a, b)];
+      double sum  = a == b ? 1.0 : 0.0;
+      if (free[a] && free[b]) sum = k < 0 ? 0.0 : M[k];
+      const double diag = sum;
+      for (int c = 0; c < b; ++c) sum -= L[pair_index(a, c)] * L[pair_index(b, c)];
+      if (a == b && !(sum > 1e-12 * diag)) return false;
+      L[pair_index(a, b)] = a == b ? std::sqrt(sum) : sum / L[pair_index(b, b)];
+    }
+  return true;
+}
+
+// rows of islands: elimination. False: M is singular there
+template <int D>
+bool solve_islands(const Dofs& s, const MassRows& rows, const RealVec& f, RealVec& x)
+{
+  const int* from = rows.island_from.data();
+  double L[MAX_ISLAND * (MAX_ISLAND + 1) / 2], y[MAX_ISLAND];
+  bool free[MAX_ISLAND], before[MAX_ISLAND];
+  for (int i = 0; i < rows.island.size(); ++i) {
+    const int n = rows.island.count(i), *row = rows.island.begin(i);
+    for (int d = 0; d < D; ++d) {
+      for (int a = 0; a < n; ++a)
+        free[a] = !s.bound.fixed[row[a] * D + d] && s.mass.M_diag[row[a]] > 0.0;
+      if (d == 0 || !std::equal(free, free + n, before)) {
+        if (!factor_island(n, from, s.mass.M, free, L)) return false;
+        std::copy_n(free, n, before);
+      }
+      for (int a = 0; a < n; ++a) {
+        y[a] = free[a] ? f[row[a] * D + d] : 0.0;
+        for (int b = 0; b < n && free[a]; ++b) {     // prescribed rows
+          const int k = from[b > a ? pair_index(b, a) : pair_index(a, b)];
+          if (!free[b] && k >= 0) y[a] -= s.mass.M[k] * x[row[b] * D + d];
+        }
+        for (int b = 0; b < a; ++b) y[a] -= L[pair_index(a, b)] * y[b];
+        y[a] /= L[pair_index(a, a)];
+      }
+      for (int a = n - 1; a >= 0; --a) {
+        y[a] /= L[pair_index(a, a)];
+        for (int b = 0; b < a; ++b) y[b] -= L[pair_index(a, b)] * y[a];
+        if (free[a]) x[row[a] * D + d] = y[a];
+      }
+    }
+    from += pair_count(n);
+  }
+  return true;
+}
+
 // near: the rows are a subset; returns -1 also if rows outside of it would change
 template <int D>
 int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char>& begun, const RealVec& f,
@@ -534,6 +586,7 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char
 {
   const int n     = rows.size();
   const bool near = rows.of == ROWS_NEAR;
+  if (!solve_islands<D>(s, rows, f, x)) return -1;
   RealVec scale(n), u(n * D), r(n * D), q(n * D), t(n * D), b(n * D), sum(n * D), step;
   for (int k = 0; k < n; ++k) {
     const double diag = s.mass.M_diag[rows.row[k]];

@@ -166,11 +166,16 @@ bool may_meet(const BondDef& d, const ContactScene& s, int a, int b)
   return s.body[a] != s.body[b] || !back_of(s, a, b);
 }
 
-double largest_change(const RealVec& a, const RealVec& b)
+// largest distance between positions a and b [n*dim]
+double largest_way(int dim, const RealVec& a, const RealVec& b)
 {
   double largest = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::fabs(a[i] - b[i]));
-  return largest;
+  for (size_t k = 0; k < a.size(); k += dim) {
+    double way = 0.0;
+    for (int i = 0; i < dim; ++i) way += (a[k + i] - b[k + i]) * (a[k + i] - b[k + i]);
+    largest = std::max(largest, way);
+  }
+  return std::sqrt(largest);
 }
 
 double mean_of(const RealVec& size)
@@ -228,7 +233,7 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   s.part   = part;
   s.travel = travel;
   if (same && reaches &&
-      std::sqrt(m.dim) * 2.0 * std::max(largest_change(u, s.u), largest_change(uc, s.uc)) < s.margin)
+      2.0 * std::max(largest_way(m.dim, u, s.u), largest_way(m.dim, uc, s.uc)) < s.margin)
     return;
   s.max_travel = 1.5 * travel; // margin for growing increments
   find_near(m, pts, u, uc, s);

@@ -185,7 +185,42 @@ struct FaceNow {
   MasterFace f;                // n = 0: not computed yet
   double x[3], n[3];           // centre, unit normal
   double radius2 = 0.0;        // squared, of the cylinder; warped: 1e300
+  // flat convex faces in space: edges, outward unit normal of each in the plane of the face, and its position
+  int edges = 0;
+  double out[4][3], at[4];
 };
+
+// Relative to the size of a face: a point that meets the face lies beside an edge by at most this much, and a
+// point above the face by more than HEIGHT_TOL by at most the second value. The first is a quarter of the
+// largest depth and the rim (contact_meet), the second the rim and a normal that is off by 0.03: too small
+// values lose contacts, larger ones cost time only  (test: contact/g2_stack.inp)
+const double BESIDE_TOL = 0.16, BESIDE_ABOVE = 0.06;
+
+// planes through the edges of a face that is flat; a corner outside of one of them: none
+void take_edges(FaceNow& a)
+{
+  const int n = a.f.n;
+  for (int k = 0; k < n; ++k) {
+    const double *p = a.f.x + 3 * k, *q = a.f.x + 3 * ((k + 1) % n);
+    double t[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, *o = a.out[k], sum = 0.0;
+    const double length = std::hypot(t[0], t[1], t[2]);
+    for (int i = 0; i < 3; ++i) {
+      o[i] = (t[(i + 1) % 3] * a.n[(i + 2) % 3] - t[(i + 2) % 3] * a.n[(i + 1) % 3]) / length;
+      sum += o[i] * (a.x[i] - p[i]);
+    }
+    const double norm = std::copysign(std::hypot(o[0], o[1], o[2]), -sum);
+    a.at[k] = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      o[i] /= norm;
+      a.at[k] += o[i] * p[i];
+    }
+    for (int c = 0; c < n; ++c) {
+      const double* x = a.f.x + 3 * c;
+      if (!(o[0] * x[0] + o[1] * x[1] + o[2] * x[2] - a.at[k] <= 0.01 * a.f.size)) return;
+    }
+  }
+  a.edges = n;
+}
 
 void take_cylinder(FaceNow& a)
 {
@@ -197,8 +232,9 @@ void take_cylinder(FaceNow& a)
     warp     = std::max(warp, std::fabs(r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2]));
     shortest = std::min(shortest, std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]));
   }
-  radius += 0.16 * a.f.size;
+  radius += BESIDE_TOL * a.f.size;
   a.radius2 = warp < 0.01 * shortest ? radius * radius : 1e300;
+  if (a.radius2 < 1e300 && a.f.n > 2) take_edges(a);
 }
 
 // Relative to the size of a face with a cylinder: largest difference between the height over its centre and
@@ -214,7 +250,36 @@ bool out_of_range(const FaceNow& a, const double* p, double reach, double gap)
   if (a.radius2 < 1e300 && (height > std::min(reach, gap) + margin ||
                             height < -std::min(CONTACT_DEEPEST * a.f.size, gap) - margin))
     return true;
-  return r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - height * height > a.radius2;
+  if (r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - height * height > a.radius2) return true;
+  const double most = (height > margin ? BESIDE_ABOVE : BESIDE_TOL) * a.f.size;
+  for (int k = 0; k < a.edges; ++k)
+    if (a.out[k][0] * p[0] + a.out[k][1] * p[1] + a.out[k][2] * p[2] - a.at[k] > most) return true;
+  return false;
+}
+
+// are all points of face b out of range of face a? They lie between its corners
+bool all_out_of_range(const FaceNow& a, const MasterFace& b, double reach)
+{
+  if (a.radius2 == 1e300 || b.all > b.n) return false;
+  double low = 1e300, high = -1e300;
+  for (int c = 0; c < b.n; ++c) {
+    const double *x = b.x + 3 * c,
+                 h  = (x[0] - a.x[0]) * a.n[0] + (x[1] - a.x[1]) * a.n[1] + (x[2] - a.x[2]) * a.n[2];
+    low  = std::min(low, h);
+    high = std::max(high, h);
+  }
+  const double margin = HEIGHT_TOL * a.f.size;
+  if (low > reach + margin || high < -CONTACT_DEEPEST * a.f.size - margin) return true;
+  const double most = (low > margin ? BESIDE_ABOVE : BESIDE_TOL) * a.f.size;
+  for (int k = 0; k < a.edges; ++k) {
+    double least = 1e300;
+    for (int c = 0; c < b.n; ++c) {
+      const double *x = b.x + 3 * c, *o = a.out[k];
+      least = std::min(least, o[0] * x[0] + o[1] * x[1] + o[2] * x[2] - a.at[k]);
+    }
+    if (least > most) return true;
+  }
+  return false;
 }
 
 // search of general contact
@@ -254,7 +319,7 @@ void facing(GeneralSearch& g, int i, IntVec& out)
     bool apart = a.n[0] * b.n[0] + a.n[1] * b.n[1] + a.n[2] * b.n[2] > opposed;
     for (int c = 0; c < g.m.dim; ++c)
       apart = apart || a.f.lo[c] > b.f.hi[c] + reach || b.f.lo[c] > a.f.hi[c] + reach;
-    if (!apart) out.push_back(j);
+    if (!apart && !all_out_of_range(b, a.f, reach)) out.push_back(j);
   }
 }
 

@@ -262,6 +262,22 @@ int step_initial_stress(Problem& p);
 // step_change : elements that step k, which begins, removes and adds. Collective.                 (6.43)
 Failure step_change(Problem& p, int k);
 
+// Explicit: conversion and release of points only every so many increments, since each one rebuilds grid,
+// masses, bonds and surfaces; until then broken elements stay elements  (test: paper/p9_explicit.inp)
+const int EXPLICIT_BATCH = 4;
+
+// step_converts : may elements be converted and points be released at the end of this increment?
+// step_searches : is it the increment after, in which a grid shared by bodies that meet is reset after a
+// tenth of KEEP? In between it follows KEEP
+inline bool step_converts(const Step& s, const StepLog& log)
+{
+  return !s.explicit_steps() || log.inc % EXPLICIT_BATCH == 0;
+}
+inline bool step_searches(const Step& s, const StepLog& log)
+{
+  return !s.explicit_steps() || log.inc % EXPLICIT_BATCH == 1;
+}
+
 // step_prepare : active grid, rows, pattern and mass of the next increment, once for all attempts
 Failure step_prepare(Problem& p, const Step& s);
 

@@ -24,18 +24,9 @@ bool points_changed(const State& st, const UndoPoint& u)
 // break together  (test: paper/p8_compare)
 const double TEST_INTERVAL = 0.75;
 
-// Explicit: conversion and release of points only every so many increments, since each one rebuilds grid,
-// masses, bonds and surfaces; until then broken elements stay elements  (test: paper/p9_explicit.inp)
-const int CONVERT_EVERY = 4;
-
 // Explicit: domains are reshaped only every so many increments, for the same reason
 // (no test)
 const int RESHAPE_EVERY = 10;
-
-bool may_convert(const Step& s, const StepLog& log)
-{
-  return !s.explicit_steps() || log.inc % CONVERT_EVERY == 0;
-}
 
 double test_interval(const Model& m, const Step& s, double crossing)
 {
@@ -165,7 +156,7 @@ Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosio
       st.eroded.push_back({e.number, e.label, e.time, e.value, gain[k], {e.X[0], e.X[1], e.X[2]}});
     }
     // elements that lose their stress at once
-    if (may_convert(s, st.log)) frac_open(p.m, p.d.fm, st.n, st.frac, convert);
+    if (step_converts(s, st.log)) frac_open(p.m, p.d.fm, st.n, st.frac, convert);
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
     if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
     if (!convert.empty() || !torn.empty()) bond_share(p.m, st.points, st.bonds);
@@ -256,7 +247,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
       find_erosions(p.m, p.d, s, p.stable.crossing, energy, p.st, erode, start ? watch.first : later);
     } else if (s.explicit_steps()) {
       timer_skip(PHASE_FRACTURE);
-      if (!may_convert(s, p.st.log)) return STATUS_OK;
+      if (!step_converts(s, p.st.log)) return STATUS_OK;
     } else {
       Timer timer(PHASE_FRACTURE);
       frac_average(p.m, s, p.d.el, p.d.fm, p.st.n, energy, p.st.frac);
@@ -268,7 +259,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     }
     convert.clear();
     torn.clear();
-    const bool converts = may_convert(s, p.st.log);
+    const bool converts = step_converts(s, p.st.log);
     if (converts) frac_due(p.m, p.d.el, p.d.fm, p.st.frac, p.st.n, convert);
     if (s.explicit_steps() && !(erode.empty() && convert.empty())) step_undo_state(p.st, before);
     if (converts) frac_open(p.m, p.d.fm, p.st.n, p.st.frac, convert);

@@ -288,11 +288,11 @@ double fastest(const MeshPart& part, const State& st, bool is_static)
 
 // stays: the active grid moves with corners and bonds; known: this rank has it, with all lists needed.
 // The same on all ranks
-void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
+void grid_serves(const Problem& p, const Step& s, const RealVec& xb, bool& stays, bool& known)
 {
   const State& st = p.st;
   const bool here  = st.laid.made == p.d.grid.made;
-  const bool meets = here && p.d.grid.meets;
+  const bool meets = here && p.d.grid.meets && step_searches(s, st.log);
   stays = st.points.npoint_all() && grid_stays(p.m, st.points, st.bonds, st.laid, meets, st.n.uc, xb);
   known = stays && here && grid_covers(st.points, st.bonds, p.d.owned, p.d.grid);
   if (!p.m.part.on || st.points.npoint_all() == 0) return;
@@ -320,9 +320,9 @@ Failure lay_grid(Problem& p, const Step& s, const RealVec& xb, bool stays)
     if (!failure.ok()) failure = {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
     if (p.m.part.on) failure = failure_agree(failure);
     if (!failure.ok()) return failure;
-    again = stays && p.d.grid.meets;
+    again = stays && p.d.grid.meets && step_searches(s, st.log);
     bool known;
-    if (again) grid_serves(p, xb, stays, known);
+    if (again) grid_serves(p, s, xb, stays, known);
     again = again && !stays;
   }
   return STATUS_OK;
@@ -337,10 +337,15 @@ const double SEARCH_MOVE = 0.02;
 // (test: contact/g2_explicit.inp)
 const double DEPTH_FACTOR = 4.0;
 
-double largest_change(const RealVec& a, const RealVec& b)
+// square of the largest distance between positions a and b [n*dim]
+double largest_way2(int dim, const RealVec& a, const RealVec& b)
 {
   double largest = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::fabs(a[i] - b[i]));
+  for (size_t k = 0; k < a.size(); k += dim) {
+    double way = 0.0;
+    for (int i = 0; i < dim; ++i) way += (a[k + i] - b[k + i]) * (a[k + i] - b[k + i]);
+    largest = std::max(largest, way);
+  }
   return largest;
 }
 
@@ -354,9 +359,11 @@ bool step_contact_stays(const Problem& p, const Step& s)
                f.changes == st.frac.nconverted + st.frac.nreleased && f.u.size() == st.n.u.size() &&
                f.uc.size() == st.n.uc.size() && p.d.pairs.gap.size() == static_cast<size_t>(st.bonds.nbond);
   double largest[2] = {stays ? 0.0 : 1.0, 0.0};
-  if (stays) largest[1] = std::max(largest_change(f.u, st.n.u), largest_change(f.uc, st.n.uc));
+  if (stays)
+    largest[1] = std::sqrt(std::max(largest_way2(p.m.dim, f.u, st.n.u),
+                                    largest_way2(p.m.dim, f.uc, st.n.uc)));
   if (p.m.part.on) comm_max(largest, 2);
-  return largest[0] == 0.0 && std::sqrt(p.m.dim) * largest[1] < SEARCH_MOVE * f.size;
+  return largest[0] == 0.0 && largest[1] < SEARCH_MOVE * f.size;
 }
 
 namespace {
@@ -441,7 +448,7 @@ Failure step_prepare(Problem& p, const Step& s)
   if (p.m.part.window) dof_share_points(p.m, p.d.el, st.n.uc, st.points, st.division);
   dof_share_grid(p.m, st.points, st.bonds, p.d.pairs, st.division, p.d.owned);
   bool stays, known;
-  grid_serves(p, xb, stays, known);
+  grid_serves(p, s, xb, stays, known);
   if (known) {
     timer_skip(PHASE_GRID);
   } else if (st.points.npoint_all()) {

@@ -480,7 +480,7 @@ void discard_grid(Problem& p, const Output& out)
   if (comm_bcast(static_cast<int>(out.restart_time.inc == p.st.log.inc_total)) == 0) return;
   p.newton.grid = GridVelocity();
   p.stable.step = 0;
-  p.stable.found.step = -1;
+  p.stable.found = ContactFound();
   p.stable.before.clear();
 }
 
