@@ -22,7 +22,7 @@ struct MassRim {
   int row, beyond, from;       // here, of the system, block of M
 };
 
-// largest number of rows of an island: corners of a point
+// largest number of rows of an island: corners of a point  (no test)
 const int MAX_ISLAND = 8;
 
 struct MassRows {

@@ -459,6 +459,10 @@ void check_arc(Deck& d, const Model& m, const Step& s)
       }))
     refuse(s.deck_line, "*STATIC, RIKS requires cohesive cracks in finite elements: write *EIGENFRACTURE, "
                     "CRITERION=COHESIVE, or leave out RIKS");
+  for (const FractureDef& f : m.fracture)
+    if (f.body >= 0)
+      refuse(s.deck_line, "*STATIC, RIKS does not control cracks of material points: leave out RIKS, or "
+                          "*EIGENFRACTURE, BODY=" + m.body[f.body].name);
   for (const Load& l : s.load) {
     if (!l.of_position && varies(l.value, l.amplitude))
       refuse(l.deck_line, "*STATIC, RIKS computes the factor of the loads: give a number without AMPLITUDE");

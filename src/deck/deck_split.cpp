@@ -199,6 +199,7 @@ void spread(const Mesh& mesh, std::vector<char>& elem)
 struct Made {                  // a node at the centre of a face or of an element, and the nodes around it
   int node;
   IntVec around;
+  bool of_face;
 };
 
 struct SplitMesh {
@@ -236,7 +237,7 @@ int centre_node(Deck& d, Model& m, SplitMesh& s, int e, int f, const Field& at, 
 {
   const ShapeInfo& info = shape_info[elem_table[s.old.elem_type[e]].shape];
   const int* node = s.old.conn.begin(e);
-  Made c{-1, {}};
+  Made c{-1, {}, f >= 0};
   for (int a = 0; a < (f < 0 ? info.nen : info.nfnode[f]); ++a)
     c.around.push_back(node[f < 0 ? a : info.face[f][a]]);
   std::array<int, 4> key{};
@@ -451,17 +452,16 @@ void check_centres(Deck& d, const Model& m, const SplitMesh& s)
   check("EQUATION", "equations");
 }
 
-// nodes that equations, local directions or values of the deck hold in direction i
+// nodes that values, also along local directions, or equations hold in direction i
 std::vector<char> held_nodes(const Model& m, int i, const std::vector<Prescribed>& values)
 {
-  std::vector<char> held(m.mesh.nnode(), 0);
-  for (const Frame& f : m.frame) held[f.node] = 1;
+  std::vector<char> held(m.mesh.nnode(), 0), turned(m.mesh.nnode(), 0);
+  for (const Frame& f : m.frame) turned[f.node] = 1;
   for (const Equation& e : m.equation)
-    for (const EquationTerm& t : e.term)
-      if (t.dof == i) held[t.node] = 1;
+    if (e.of == EQUATION_GIVEN && e.term[0].dof == i) held[e.term[0].node] = 1;
   for (const Prescribed& b : values)
-    if (has_direction(b, i))
-      for (int n : b.node) held[n] = 1;
+    for (int n : b.node)
+      if (has_direction(b, i) || turned[n]) held[n] = 1;
   return held;
 }
 
@@ -475,7 +475,7 @@ void check_means(Deck& d, const Model& m, const SplitMesh& s, const std::vector<
       std::vector<char> here(m.mesh.nnode(), 0);
       for (int n : b.node) here[n] = 1;
       const auto free_centre = [&](const Made& c) {
-        return !held[c.node] &&
+        return c.of_face && !held[c.node] &&
                std::all_of(c.around.begin(), c.around.end(), [&](int n) { return held[n]; }) &&
                std::any_of(c.around.begin(), c.around.end(), [&](int n) { return here[n]; });
       };

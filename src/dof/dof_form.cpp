@@ -395,17 +395,17 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
 }
 
 // elements alone, without ties: the rows stay until elements go, on all ranks alike
-bool rows_stay(const Model& m, const State& st, const Dofs& s)
+bool rows_stay(const Model& m, const Step& step, const State& st, const Dofs& s)
 {
-  return s.rows.numbered && st.points.npoint_all() == 0 && st.bonds.nbond_all() == 0 && !m.part.tied &&
-      m.equation.empty();
+  return s.rows.numbered && s.rows.lumps == step.explicit_steps() && st.points.npoint_all() == 0 &&
+      st.bonds.nbond_all() == 0 && !m.part.tied && m.equation.empty();
 }
 
 // several ranks: rows shared between them
 bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   s.rows.split = true;
-  if (rows_stay(m, st, s)) {
+  if (rows_stay(m, step, st, s)) {
     MPFE_CHECK(!form_rows(m, step, st, d, s), "rows have changed although elements stay");
     return false;
   }

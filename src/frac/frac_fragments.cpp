@@ -27,8 +27,11 @@ void join_elements(const Model& m, const Elements& el, Forest& forest)
       forest.join(m.mesh.conn.begin(e)[0], m.mesh.conn.begin(e)[a]);
 }
 
+// points of the deck that other ranks own count there: their history is not known here
 bool intact_point(const Model& m, const State& st, int p)
 {
+  const bool cracks = m.body[st.points.body[p]].fracture >= 0;
+  if (cracks && m.part.on && !point_counts(m, st.points, p)) return false;
   return st.points.broken[p] < 0 && !point_open(m, st.points, st.n, p);
 }
 

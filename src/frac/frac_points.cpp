@@ -19,7 +19,8 @@ double when_open(double before, double after)
 
 OpenedPoint opened(const Model& m, const Points& pts, const Level& l0, const Level& l1, int p)
 {
-  const double before = point_opening(m, pts, l0, p), after = point_opening(m, pts, l1, p);
+  const size_t n = point_history_size(pts, l1);
+  const double before = point_opening(m, pts, l0, n, p), after = point_opening(m, pts, l1, n, p);
   OpenedPoint x;
   x.log.label = pts.label[p];
   x.log.time  = l0.time + when_open(before, after) * (l1.time - l0.time);
@@ -37,9 +38,10 @@ std::vector<ErosionLog> frac_points_open(const Model& m, const Points& pts, cons
   std::vector<OpenedPoint> all;
   std::vector<ErosionLog> out;
   if (std::none_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fracture >= 0; })) return out;
+  const size_t n = point_history_size(pts, l1);       // l0 may lack the points of elements just converted
   for (int p = 0; p < pts.npoint; ++p)
     if (m.body[pts.body[p]].fracture >= 0 && point_counts(m, pts, p) && point_open(m, pts, l1, p) &&
-        !point_open(m, pts, l0, p))
+        point_opening(m, pts, l0, n, p) < 1.0)
       all.push_back(opened(m, pts, l0, l1, p));
   if (m.part.on) comm_allgatherv(all);
   std::sort(all.begin(), all.end(),

@@ -236,7 +236,7 @@ bool law_initial(const MatLaw& law, bool finite, const double* S, const double* 
   if (size == 0.0) return true;
   for (int it = 0; it < MAX_ITERATIONS; ++it) {
     LawOutput out;
-    if (!law_update(bare, finite, E, h, scratch, true, out) || out.dissipated > 0.0) return false;
+    if (!law_update(bare, finite, E, h, scratch, true, out) || !(out.dissipated <= 0.0)) return false;
     Eigen::Matrix<double, 6, 1> rest;
     for (int k = 0; k < 6; ++k) rest[k] = plane_stress && k == 2 ? 0.0 : S[k] - out.S[k];
     if (!(rest.lpNorm<Eigen::Infinity>() > ROUND_OF_STRESS * size)) break;

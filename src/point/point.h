@@ -286,12 +286,12 @@ void point_crack(const Model& m, const Points& pts, const Level& l, int p, Crack
 
 // point_opening : largest opening of the cohesive crack of a point of the deck, relative to that at which
 // its traction is zero; 0: it has none. point_open : is there no traction left?
-double point_opening(const Model& m, const Points& pts, const Level& l, int p);
+double point_opening(const Model& m, const Points& pts, const Level& l, size_t n, int p);
 // point_crack_width : width of its band                                                          length
 double point_crack_width(const Model& m, const Points& pts, const Level& l, int p);
 inline bool point_open(const Model& m, const Points& pts, const Level& l, int p)
 {
-  return point_opening(m, pts, l, p) >= 1.0;
+  return point_opening(m, pts, l, point_history_size(pts, l), p) >= 1.0;
 }
 
 // broken_law : of point p, which is broken, when its stress has gone

@@ -94,10 +94,9 @@ void point_crack_law(const Model& m, const Body& body, MatLaw& law)
   law.crack.dim = m.dim;
 }
 
-double point_opening(const Model& m, const Points& pts, const Level& l, int p)
+double point_opening(const Model& m, const Points& pts, const Level& l, size_t n, int p)
 {
   const Body& body = m.body[pts.body[p]];
-  const size_t n   = point_history_size(pts, l);
   if (body.fracture < 0 || n == 0) return 0.0;
   return crack_opening(kind_of(m, body), history_at(l.hp, n, p)) /
          crack_open(crack_of(m.fracture[body.fracture]));

@@ -67,7 +67,9 @@ bool start_body(Problem& p, const InitialStress& s)
     double X[3] = {0, 0, 0};
     point_centre(pts, p.m.dim, q, X);
     const StressPlace at{"material point " + std::to_string(pts.label[q]), X};
-    if (!initial_strain(p.m, s, law, true, at, history_at(p.st.n.hp, p.d.point_law.history, q) + law.initial))
+    MatLaw of = law;
+    if (law_opens(of.kind)) point_crack(p.m, pts, p.st.n, q, CRACK_TANGENT, of);
+    if (!initial_strain(p.m, s, of, true, at, history_at(p.st.n.hp, p.d.point_law.history, q) + law.initial))
       return false;
   }
   return true;

@@ -34,20 +34,20 @@ double step_grid_friction(const Problem& p, const RealVec& f, const RealVec& v, 
   mass_multiply(s, acc, R);
   for (int i = s.rows.nfe * dim; i < s.rows.neq(); ++i) R[i] -= f[i];
   // 2. accelerations along them, by the lumped mass
-  for (int i = s.rows.nfe * dim; i < s.rows.neq(); ++i) {
-    const int k = s.bound.grid_bc[i], r = i / dim;
-    if (k < 0 || all[k].friction == 0.0 || i % dim != all[k].axis) continue;
-    const double push = -all[k].side * R[i], mass = s.mass.lumped[r];
-    if (push <= 0.0 || mass <= MIN_ROW_PART * s.mass.M_diag[r]) continue;
-    double along[3] = {}, speed = 0.0;
+  for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
+    const double mass = s.mass.lumped[r];
+    if (mass <= MIN_ROW_PART * s.mass.M_diag[r]) continue;
+    double along[3] = {}, speed = 0.0, rubs = 0.0;
     for (int j = 0; j < dim; ++j) {
-      if (s.bound.fixed[r * dim + j] != DOF_FREE) continue;
-      along[j] = v[r * dim + j] + dt * acc[r * dim + j];
+      const int i = r * dim + j, k = s.bound.grid_bc[i];
+      if (k >= 0 && j == all[k].axis) rubs += all[k].friction * std::max(0.0, -all[k].side * R[i]);
+      if (s.bound.fixed[i] != DOF_FREE) continue;
+      along[j] = v[i] + dt * acc[i];
       speed += along[j] * along[j];
     }
     speed = std::sqrt(speed);
-    if (speed == 0.0) continue;
-    const double part = std::min(all[k].friction * push / mass, speed / dt) / speed;
+    if (speed == 0.0 || rubs == 0.0) continue;
+    const double part = std::min(rubs / mass, speed / dt) / speed;
     for (int j = 0; j < dim; ++j) change[r * dim + j] = -part * along[j];
   }
   // 3. the power that they take

@@ -286,13 +286,20 @@ double fastest(const MeshPart& part, const State& st, bool is_static)
   return part.on ? comm_allreduce_max(largest) : largest;
 }
 
+// explicit, with *CONTACT: parts meet by their faces, and may share nodes of the grid
+bool meet_by_faces(const Model& m, const Step& s)
+{
+  return s.explicit_steps() && model_general_contact(m) >= 0;
+}
+
 // stays: the active grid moves with corners and bonds; known: this rank has it, with all lists needed.
 // The same on all ranks
 void grid_serves(const Problem& p, const Step& s, const RealVec& xb, bool& stays, bool& known)
 {
   const State& st = p.st;
   const bool here  = st.laid.made == p.d.grid.made;
-  const bool meets = here && p.d.grid.meets && step_searches(s, st.log);
+  const bool meets = here && p.d.grid.meets && !meet_by_faces(p.m, s) &&
+      step_searches(s, st.log);
   stays = st.points.npoint_all() && grid_stays(p.m, st.points, st.bonds, st.laid, meets, st.n.uc, xb);
   known = stays && here && grid_covers(st.points, st.bonds, p.d.owned, p.d.grid);
   if (!p.m.part.on || st.points.npoint_all() == 0) return;
@@ -308,19 +315,17 @@ void grid_serves(const Problem& p, const Step& s, const RealVec& xb, bool& stays
 Failure lay_grid(Problem& p, const Step& s, const RealVec& xb, bool stays)
 {
   State& st = p.st;
-  const bool contact = s.explicit_steps() && model_general_contact(p.m) >= 0;    // parts meet by their faces
   for (bool again = true; again;) {
     int worst = 0;
     if (!stays) st.laid = {st.n.uc, xb};
     const Status status =
         grid_activate(p.m, st.points, st.bonds, p.d.owned, st.laid.uc, st.laid.xb, p.d.grid, &worst);
     st.laid.made = p.d.grid.made;
-    p.d.grid.meets = p.d.grid.meets && !contact;
     Failure failure = status;
     if (!failure.ok()) failure = {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
     if (p.m.part.on) failure = failure_agree(failure);
     if (!failure.ok()) return failure;
-    again = stays && p.d.grid.meets && step_searches(s, st.log);
+    again = stays && p.d.grid.meets && !meet_by_faces(p.m, s) && step_searches(s, st.log);
     bool known;
     if (again) grid_serves(p, s, xb, stays, known);
     again = again && !stays;

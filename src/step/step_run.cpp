@@ -261,6 +261,8 @@ Failure enter_step(Problem& p, int k, Increment& inc)
     failure      = step_change(p, k);
     inc.spoilt   = !failure.ok();
     st.log.begin = SUPPORTS_DUE;
+    inc.before   = st.log;
+    inc.ledger   = st.ledger;
   }
   if (failure.ok()) failure = begin_supports(p, k);
   if (failure.status == FACES_UNKNOWN && !inc.spoilt) return stop_for_faces(p, s, st.log, st.clock);
@@ -411,7 +413,9 @@ int slowness(const Model& m, const Step& s)
 // advances clock and log after a converged increment
 void accept(const Model& m, const Step& s, double dt, const HalfWatch& half, State& st)
 {
-  if (st.clock.most == 0.0 && !st.eroded.empty() && frac_uses_energy(m)) st.clock.most = st.clock.dt;
+  const bool broken = std::any_of(st.eroded.begin(), st.eroded.end(),
+                                  [](const ErosionLog& e) { return e.elem >= 0; });
+  if (st.clock.most == 0.0 && broken && frac_uses_energy(m)) st.clock.most = st.clock.dt;
   clock_accept(s, dt, st.log.iterations / slowness(m, s), half_part(half), st.clock);
   if (half.on) note_forces(dt, half, st.ledger, st.clock);
   st.log.half       = half.residual;
