@@ -529,8 +529,8 @@ bool rim_stays(const Dofs& s, const MassRows& rows, const double* size, const Re
   return below<D>(square, goal);
 }
 
-// M = L L^T of one direction of an island; rows that are not free: unit rows. A row that M leaves undetermined,
-// as those of a domain with fewer corners than its cell has nodes, stays at rest
+// M = L L^T of one direction of an island; rows that are not free: unit rows. A row that M leaves
+// undetermined, as those of a domain with fewer corners than its cell has nodes, stays at rest
 void factor_island(int n, const int* from, const RealVec& M, const bool* free, double* L)
 {
   for (int a = 0; a < n; ++a)
