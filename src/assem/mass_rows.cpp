@@ -289,10 +289,6 @@ std::vector<char> rows_from(const Dofs& s, int first)
   return take;
 }
 
-}  // namespace
-
-namespace {
-
 // rows that may[k] couples with others; for the rest the system is a division, see mass_solve
 std::vector<char> coupled_rows(const Dofs& s, const std::vector<char>& may)
 {

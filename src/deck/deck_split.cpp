@@ -469,25 +469,27 @@ std::vector<char> held_nodes(const Model& m, int i, const std::vector<Prescribed
 // at its centre would be free
 void check_means(Deck& d, const Model& m, const SplitMesh& s, const std::vector<Prescribed>& values)
 {
-  for (const Prescribed& b : values)
-    for (int i = b.first; i <= std::min(b.last, m.dim - 1); ++i) {
-      const std::vector<char> held = held_nodes(m, i, values);
-      std::vector<char> here(m.mesh.nnode(), 0);
-      for (int n : b.node) here[n] = 1;
-      const auto free_centre = [&](const Made& c) {
-        return c.of_face && !held[c.node] &&
-               std::all_of(c.around.begin(), c.around.end(), [&](int n) { return held[n]; }) &&
-               std::any_of(c.around.begin(), c.around.end(), [&](int n) { return here[n]; });
-      };
-      const auto c = std::find_if(s.made.begin(), s.made.end(), free_centre);
-      if (c == s.made.end()) continue;
-      return fault(d, "BOUNDARY", b.deck_line, "",
-                   text_format("all nodes of a face at node %d are held in direction %d, some by equations, "
-                               "local directions or in another step, but the face is split and the node at "
-                               "its centre is free; hold the face by one node set in one step, or use "
-                               "C3D10, CPE6 or linear elements there",
-                               m.mesh.node_label[c->around[0]], i + 1));
-    }
+  for (int i = 0; i < m.dim; ++i) {
+    const std::vector<char> held = held_nodes(m, i, values);
+    const auto free_centre = [&](const Made& c) {
+      return c.of_face && !held[c.node] &&
+             std::all_of(c.around.begin(), c.around.end(), [&](int n) { return held[n]; });
+    };
+    const auto c = std::find_if(s.made.begin(), s.made.end(), free_centre);
+    if (c == s.made.end()) continue;
+    const IntVec& around = c->around;
+    const auto holds = [&](const Prescribed& b) {
+      return std::find_first_of(b.node.begin(), b.node.end(), around.begin(), around.end()) != b.node.end();
+    };
+    const auto b = std::find_if(values.begin(), values.end(), holds);
+    if (b == values.end()) continue;
+    return fault(d, "BOUNDARY", b->deck_line, "",
+                 text_format("all nodes of a face at node %d are held in direction %d, some by equations, "
+                             "local directions or in another step, but the face is split and the node at "
+                             "its centre is free; hold the face by one node set in one step, or use "
+                             "C3D10, CPE6 or linear elements there",
+                             m.mesh.node_label[around[0]], i + 1));
+  }
 }
 
 void check_means(Deck& d, const Model& m, const SplitMesh& s)

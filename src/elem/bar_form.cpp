@@ -75,27 +75,6 @@ double strain_bar(bool finite, const double* H, double more, double* six)
   return 1.0 + a1;
 }
 
-// cofactors of I + H
-template <int D>
-void cofactors(const double* H, double* c)
-{
-  double F[D * D];
-  for (int k = 0; k < D * D; ++k) F[k] = H[k];
-  for (int i = 0; i < D; ++i) F[i * D + i] += 1.0;
-  if (D == 2) {
-    c[0] = F[3];
-    c[1] = -F[2];
-    c[2] = -F[1];
-    c[3] = F[0];
-    return;
-  }
-  for (int i = 0; i < D; ++i)
-    for (int j = 0; j < D; ++j) {
-      const int i1 = (i + 1) % D, i2 = (i + 2) % D, j1 = (j + 1) % D, j2 = (j + 2) % D;
-      c[i * D + j] = F[i1 * D + j1] * F[i2 * D + j2] - F[i1 * D + j2] * F[i2 * D + j1];
-    }
-}
-
 // d theta / d H of the step, with d theta = theta1 - theta0 exactly when mid                   (1.17)
 template <int D>
 void theta_gradient(const KernelMode& mode, const BarPoint<D>& zero, const BarPoint<D>& one, double* g)
@@ -105,7 +84,7 @@ void theta_gradient(const KernelMode& mode, const BarPoint<D>& zero, const BarPo
     return;
   }
   if (!mode.mid) {
-    cofactors<D>(one.H, g);
+    ip_cofactor<D>(one.H, g);
     for (int k = 0; k < D * D; ++k) g[k] *= std::exp(-one.theta);
     return;
   }
@@ -118,9 +97,9 @@ void theta_gradient(const KernelMode& mode, const BarPoint<D>& zero, const BarPo
     A0[k] *= 2.0;
     A1[k] *= 2.0;
   }
-  cofactors<D>(A0, c0);
-  cofactors<D>(Am, cm);
-  cofactors<D>(A1, c1);
+  ip_cofactor<D>(A0, c0);
+  ip_cofactor<D>(Am, cm);
+  ip_cofactor<D>(A1, c1);
   // the slope of the logarithm between J0^2 and J1^2
   const double d = 2.0 * (one.theta - zero.theta), r = std::expm1(d);
   const double L = (r == 0.0 ? 1.0 : d / r) * std::exp(-2.0 * zero.theta) / 6.0;

@@ -4,24 +4,6 @@
 
 namespace {
 
-// det F F^-T of F = 1 + H
-template <int D>
-inline void cofactor(const Pack* H, Pack* cof)
-{
-  Pack F[D * D];
-  for (int k = 0; k < D * D; ++k) F[k] = H[k];
-  for (int i = 0; i < D; ++i) F[i * D + i] += 1.0;
-  for (int i = 0; i < D; ++i)
-    for (int j = 0; j < D; ++j) {
-      if constexpr (D == 2) {
-        cof[i * 2 + j] = (i == j ? 1.0 : -1.0) * F[(1 - i) * 2 + 1 - j];
-      } else {
-        const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-        cof[i * 3 + j] = F[i1 * 3 + j1] * F[i2 * 3 + j2] - F[i1 * 3 + j2] * F[i2 * 3 + j1];
-      }
-    }
-}
-
 // change of volume over volume at t = 0 of the mean gradient H
 template <int D>
 inline Pack volume_change(bool finite, const Pack* H)
@@ -61,7 +43,7 @@ void bulk_pack(const ElemBlock& b, const int* slot, int n, const double* u0, con
     }
   }
   for (int l = 0; l < n; ++l) q1[b.elem[slot[l]]] = q[l];
-  if (finite) cofactor<D>(H1, cof);
+  if (finite) ip_cofactor<D>(H1, cof);
   Pack* f = reinterpret_cast<Pack*>(re);
   for (int a = 0; a < N; ++a)
     for (int i = 0; i < D; ++i) {

@@ -136,6 +136,24 @@ inline T ip_det(const T* H)
   return a * (b * c - H[5] * H[7]) - H[1] * (H[3] * c - H[5] * H[6]) + H[2] * (H[3] * H[7] - b * H[6]);
 }
 
+// cof [D*D] = det F F^-T of F = I + H
+template <int D, class T>
+inline void ip_cofactor(const T* H, T* cof)
+{
+  T F[D * D];
+  for (int k = 0; k < D * D; ++k) F[k] = H[k];
+  for (int i = 0; i < D; ++i) F[i * D + i] += 1.0;
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      if constexpr (D == 2) {
+        cof[i * 2 + j] = (i == j ? 1.0 : -1.0) * F[(1 - i) * 2 + 1 - j];
+      } else {
+        const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+        cof[i * 3 + j] = F[i1 * 3 + j1] * F[i2 * 3 + j2] - F[i1 * 3 + j2] * F[i2 * 3 + j1];
+      }
+    }
+}
+
 // S = lam tr(E) I + 2 mu E                                                         (2.1)
 template <int D, class T>
 inline void ip_law(const MatLaw& law, const T* E, T* S)

@@ -133,15 +133,6 @@ inline void add_corner_forces(const Points& pts, const int* point, int n, int ne
       for (int i = 0; i < D; ++i) fc[pts.conn.begin(point[l])[a] * D + i] += re[a * D + i][l];
 }
 
-// det F F^-T of F = 1 + H
-template <int D>
-void cofactor(const double* H, double* cof)
-{
-  using Mat = Eigen::Matrix<double, D, D, Eigen::RowMajor>;
-  const Mat F = Mat::Identity() + Eigen::Map<const Mat>(H);
-  Eigen::Map<Mat>{cof} = F.determinant() * F.inverse().transpose();
-}
-
 // Fb, S and, unless C is null, C of a point that is broken or of a general law
 template <int D>
 Status form_one(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
@@ -180,7 +171,7 @@ void add_bulk(const Model& m, const Points& pts, const PointLaws& law, const Lev
   }
   h.np1[law.viscous] = q;
   double cof[D * D];
-  cofactor<D>(H1, cof);
+  ip_cofactor<D>(H1, cof);
   const double* G = pts.G(p);
   for (int a = 0; a < pts.conn.count(p); ++a)
     for (int i = 0; i < D; ++i)

@@ -416,6 +416,10 @@ Failure step_explicit(Problem& p, Attempt& a);
 // shorter. Collective.                                                         doc/theory.md (6.30) - (6.32)
 Failure step_stable(Problem& p, const Step& s);
 
+// Rows with a smaller row sum of the mass relative to its diagonal take no part in what is distributed by the
+// lumped mass: weights of opposite sign cancel there  (no test)
+const double MIN_ROW_SUM = 0.05;
+
 // step_keep_momentum : distributes the residual of M a = f to a by the lumped mass, so that the change of
 // momentum is f to round-off
 void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc);

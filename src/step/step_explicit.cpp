@@ -105,22 +105,24 @@ Failure turning_accelerations(Problem& p, Attempt& a, const RealVec& f)
   return failure;
 }
 
-// Rows with a smaller row sum relative to their diagonal are left out: weights of opposite sign cancel there
-// (no test)
-const double MIN_ROW_SUM = 0.05;
-
-}  // namespace
-
-// with r = f - M a the sum of M (r / lumped) over the rows equals that of r
-void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
+// adds (f - Ma) / lumped to the accelerations of the rows from first on: with r = f - M a the sum of
+// M (r / lumped) over the rows equals that of r
+void add_residual(const Dofs& s, int first, const RealVec& f, const RealVec& Ma, RealVec& acc)
 {
-  RealVec Ma;
-  mass_multiply(s, acc, Ma);
-  for (int i = 0; i < s.rows.neq(); ++i) {
+  for (int i = first * s.rows.dim; i < s.rows.neq(); ++i) {
     const int r = i / s.rows.dim;
     if (s.bound.fixed[i] != DOF_FREE || s.mass.lumped[r] <= MIN_ROW_SUM * s.mass.M_diag[r]) continue;
     acc[i] += (f[i] - Ma[i]) / s.mass.lumped[r];
   }
+}
+
+}  // namespace
+
+void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
+{
+  RealVec Ma;
+  mass_multiply(s, acc, Ma);
+  add_residual(s, 0, f, Ma, acc);
 }
 
 namespace {
@@ -215,18 +217,6 @@ void multiply_grid(const Dofs& s, const RealVec& x, RealVec& y)
   }
 }
 
-// step_keep_momentum in the rows of the grid
-void keep_momentum_of_grid(const Dofs& s, const RealVec& f, RealVec& acc)
-{
-  RealVec Ma;
-  multiply_grid(s, acc, Ma);
-  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i) {
-    const int r = i / s.rows.dim;
-    if (s.bound.fixed[i] == DOF_FREE && s.mass.lumped[r] > MIN_ROW_SUM * s.mass.M_diag[r])
-      acc[i] += (f[i] - Ma[i]) / s.mass.lumped[r];
-  }
-}
-
 // acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes
 //                                                                                               (6.47)
 Failure accelerate_grid(const Dofs& s, Attempt& a)
@@ -242,7 +232,8 @@ Failure accelerate_grid(const Dofs& s, Attempt& a)
     Timer timer(PHASE_PROJECT);
     const std::vector<char> begun(s.rows.nrow, 1);       // initial guess: acceleration at t(n)
     if (mass_project(s, begun, f, a.acc) < 0) return MASS_FAILED;
-    keep_momentum_of_grid(s, f, a.acc);
+    multiply_grid(s, a.acc, Ma);
+    add_residual(s, s.rows.nfe, f, Ma, a.acc);
   }
   const auto fixed = s.bound.fixed.begin() + first;
   if (!dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end()))
@@ -340,9 +331,11 @@ Failure step_explicit(Problem& p, Attempt& a)
     if (s.bound.fixed[i] == DOF_FIXED) a.acc[i] = (s.bound.rate[i] - a.vgrid[i]) / a.dt;
   failure = turning_accelerations(p, a, f);
   if (!failure.ok()) return failure;
-  RealVec v(a.vgrid);
-  for (int i = 0; i < s.rows.neq(); ++i) v[i] += 0.5 * a.dt * a.agrid[i];
-  a.friction = a.dt * step_grid_friction(p, f, v, a.dt, a.acc);
+  if (step_grid_rubs(p.m)) {
+    RealVec v(a.vgrid);
+    for (int i = 0; i < s.rows.neq(); ++i) v[i] += 0.5 * a.dt * a.agrid[i];
+    a.friction = a.dt * step_grid_friction(p, f, v, a.dt, a.acc);
+  }
   // 4. reactions: the residual, as in an implicit increment
   if (!reactions(p, f, a)) return BAD_NUMBER;
   tie_force(s, a.R);

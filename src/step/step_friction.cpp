@@ -3,14 +3,6 @@
 
 #include "step/step.h"
 
-namespace {
-
-// Rows with a smaller row sum relative to their diagonal are left out: weights of opposite sign cancel there
-// (no test)
-const double MIN_ROW_PART = 0.05;
-
-}  // namespace
-
 bool step_grid_rubs(const Model& m)
 {
   return std::any_of(m.grid_bc.begin(), m.grid_bc.end(), [](const GridBc& b) { return b.friction > 0.0; });
@@ -36,7 +28,7 @@ double step_grid_friction(const Problem& p, const RealVec& f, const RealVec& v, 
   // 2. accelerations along them, by the lumped mass
   for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
     const double mass = s.mass.lumped[r];
-    if (mass <= MIN_ROW_PART * s.mass.M_diag[r]) continue;
+    if (mass <= MIN_ROW_SUM * s.mass.M_diag[r]) continue;
     double along[3] = {}, speed = 0.0, rubs = 0.0;
     for (int j = 0; j < dim; ++j) {
       const int i = r * dim + j, k = s.bound.grid_bc[i];
