@@ -572,7 +572,6 @@ void check_grid_friction(Deck& d, const Model& m)
       refuse_it("write an end of the grid, XMIN to ZMAX: between its ends both sides may press");
     if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return !s.explicit_steps(); }))
       refuse_it("in steps with *DYNAMIC, EXPLICIT only");
-    if (comm_size() > 1) refuse_it("runs on one rank");
   }
 }
 

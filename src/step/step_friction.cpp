@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/comm.h"
 #include "step/step.h"
 
 bool step_grid_rubs(const Model& m)
@@ -42,12 +43,13 @@ double step_grid_friction(const Problem& p, const RealVec& f, const RealVec& v, 
     const double part = std::min(rubs / mass, speed / dt) / speed;
     for (int j = 0; j < dim; ++j) change[r * dim + j] = -part * along[j];
   }
-  // 3. the power that they take
+  // 3. the power that they take, of all ranks
   mass_multiply(s, change, taken);
   double power = 0.0;
   for (int i = 0; i < s.rows.neq(); ++i) {
     acc[i] += change[i];
-    power -= taken[i] * v[i];
+    if (s.rows.counts(i)) power -= taken[i] * v[i];
   }
+  comm_sum(&power, 1);
   return power;
 }
