@@ -299,6 +299,15 @@ bool only_cohesive(const Model& m, const Material& a)
   return true;
 }
 
+// names a body of this material that cracks, else its elements
+std::string breaking_part(const Model& m, const Material& a)
+{
+  for (const FractureDef& f : m.fracture)
+    if (f.body >= 0 && m.body[f.body].material >= 0 && &m.material[m.body[f.body].material] == &a)
+      return "body " + m.body[f.body].name;
+  return "elements";
+}
+
 void check_materials(Deck& d, const Model& m)
 {
   bool dynamic = false;
@@ -338,8 +347,8 @@ void check_materials(Deck& d, const Model& m)
                 (a.law == LAW_DRUCKER_PRAGER ? ", or use CRITERION=COHESIVE" : ""));
     if (a.gap && a.breaks)
       fault(d, "DRUCKER PRAGER", a.deck_line, a.name,
-            "material " + a.name + " has APEX=GAP, and *EIGENFRACTURE contains elements of it: the crack "
-            "opens and closes instead; leave out APEX=GAP");
+            "material " + a.name + " has APEX=GAP, and *EIGENFRACTURE contains " + breaking_part(m, a) +
+                " of it: the crack opens and closes instead; leave out APEX=GAP");
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.deck_line, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");

@@ -111,8 +111,10 @@ double tensile_strength(const Material& a)
 std::string material_fault(const FractureDef& f, const Material& mat)
 {
   if (mat.law != LAW_SVK && mat.law != LAW_DRUCKER_PRAGER)
-    return "CRITERION=COHESIVE requires *ELASTIC alone or with *DRUCKER PRAGER; leave out *PLASTIC and "
-           "*HYPERELASTIC of " + mat.name;
+    return std::string("CRITERION=COHESIVE requires isotropic *ELASTIC, alone or with *DRUCKER PRAGER; ") +
+           (mat.law == LAW_J2      ? "leave out *PLASTIC of "
+            : mat.law == LAW_ORTHO ? "leave out TYPE=ENGINEERING CONSTANTS of "
+                                   : "write *ELASTIC instead of *HYPERELASTIC in ") + mat.name;
   if (mat.law != LAW_DRUCKER_PRAGER || mat.yield.empty()) return "";
   const double strength = tensile_strength(mat);
   if (f.ft >= strength)
