@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "deck/deck_state.h"
@@ -161,16 +162,61 @@ void check_cohesive(Deck& d, const Model& m)
   }
 }
 
-// diagonal of what opens as one in a body: a cell of the grid, or a larger domain of a point        (2.36a)
+// difference of the largest and the smallest of n numbers
+double spread(const double* x, int n)
+{
+  const auto ends = std::minmax_element(x, x + n);
+  return *ends.second - *ends.first;
+}
+
+// largest extent along one axis of the domains of points that an element is divided into, at least that;
+// exact for parallelograms, triangles and tetrahedra
+//   in   x   coordinates of its nodes along the axis
+//        n   POINTS
+double domain_extent(Shape shape, const double* x, int n)
+{
+  const auto edges = [&](std::initializer_list<std::array<int, 2>> all) {
+    double largest = 0.0;
+    for (const auto& edge : all) largest = std::max(largest, std::fabs(x[edge[1]] - x[edge[0]]));
+    return largest;
+  };
+  switch (shape) {
+    case SHAPE_QUAD4: return (edges({{0, 1}, {3, 2}}) + edges({{0, 3}, {1, 2}})) / n;
+    case SHAPE_HEX8:
+      return (edges({{0, 1}, {3, 2}, {4, 5}, {7, 6}}) + edges({{0, 3}, {1, 2}, {4, 7}, {5, 6}}) +
+              edges({{0, 4}, {1, 5}, {2, 6}, {3, 7}})) / n;
+    case SHAPE_TET4:           // four of the eight meet along a diagonal of the octahedron in the middle
+      return n == 1 ? spread(x, 4) : 0.5 * std::max(spread(x, 4), std::fabs(x[1] + x[2] - x[0] - x[3]));
+    case SHAPE_WEDGE6:         // from a corner to the centroid of its triangle
+      return std::max(spread(x, 3), spread(x + 3, 3)) * 2.0 / 3.0 + edges({{0, 3}, {1, 4}, {2, 5}}) / n;
+    case SHAPE_PYR5: return spread(x, 5) * (n == 1 ? 1.0 : 0.75);
+    default: return spread(x, shape_info[shape].nen) / n;
+  }
+}
+
+// largest diagonal of what opens as one in a body: a cell of the grid, or a larger domain of a point  (2.36a)
 double box_diagonal(const Model& m, const Body& b)
 {
-  double sum = 0.0;
-  for (int i = 0; i < m.dim; ++i) {
-    const double domain = b.cells[i] > 0 ? (b.hi[i] - b.lo[i]) / (b.cells[i] * b.per_cell) : 0.0,
-                 edge   = std::max(m.grid.h[i], domain);
-    sum += edge * edge;
-  }
-  return std::sqrt(sum);
+  const auto diagonal = [&](auto domain) {
+    double sum = 0.0;
+    for (int i = 0; i < m.dim; ++i) {
+      const double edge = std::max(m.grid.h[i], domain(i));
+      sum += edge * edge;
+    }
+    return std::sqrt(sum);
+  };
+  if (b.fill != FILL_ELSET)
+    return diagonal([&](int i) {
+      return b.cells[i] > 0 ? (b.hi[i] - b.lo[i]) / (b.cells[i] * b.per_cell) : 0.0;
+    });
+  double largest = 0.0;
+  for (int e : b.elset < 0 ? IntVec() : m.elset[b.elset].item)
+    largest = std::max(largest, diagonal([&](int i) {
+      double x[MAX_NODES];
+      for (int a = 0; a < m.mesh.conn.count(e); ++a) x[a] = m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i];
+      return domain_extent(elem_table[m.mesh.elem_type[e]].shape, x, b.per_cell);
+    }));
+  return largest;
 }
 
 // BODY=: gives each body its definition
