@@ -312,12 +312,12 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   for (int p : list) body.push_back(pts.body[p] + 1);
   vtk_labels(f, "body", body);
   vtk_labels(f, "label", picked(list, 1, pts.label));
-  if (!s.frac.empty()) {
+  if (!s.frac.empty() || !m.fracture.empty()) {
     IntVec parent, broken;
     RealVec time;
     for (int p : list) {
       parent.push_back(pts.parent[p] >= 0 ? m.mesh.elem_label[pts.parent[p]] : 0);
-      broken.push_back(pts.broken[p] >= 0);
+      broken.push_back(pts.broken[p] >= 0 || point_open(m, pts, s.n, p));
       time.push_back(pts.parent[p] >= 0 ? s.frac.time[pts.parent[p]] : -1.0);
     }
     vtk_labels(f, "parent", parent);
