@@ -1,12 +1,9 @@
-#include <gsl/gsl_randist.h>
-#include <gsl/gsl_sf_gamma.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <new>
 
 #include "base/log.h"
+#include "base/weibull.h"
 #include "frac/frac.h"
 #include "frac/free_face.h"
 #include "shape/shape.h"
@@ -123,28 +120,20 @@ double rayleigh_time(const Elements& el, int e, double length)
 // toughness of each element: mean Gc, with a Weibull distribution
 void find_toughness(const Model& m, const Elements& el, const FractureDef& d, int def, FracMesh& fm)
 {
-  gsl_rng* rng = nullptr;
-  double scale = d.gc;
-  if (d.weibull > 0.0) {
-    rng = gsl_rng_alloc(gsl_rng_mt19937);
-    if (!rng) throw std::bad_alloc();
-    gsl_rng_set(rng, static_cast<unsigned long>(d.seed));
-    scale = d.gc / gsl_sf_gamma(1.0 + 1.0 / d.weibull);
-  }
-  double gc = d.gc;
-  int drawn = 0;               // random number by position in the set
-  for (const Member& x : model_members(m, d)) {
-    const int e = x.elem;
-    for (; rng && drawn <= x.at; ++drawn) gc = gsl_ran_weibull(rng, scale, d.weibull);
+  const auto members = model_members(m, d);
+  IntVec at;
+  for (const Member& x : members) at.push_back(x.at);
+  const RealVec gc = d.weibull > 0.0 ? weibull_draw(d.weibull, d.gc, d.seed, at) : RealVec(at.size(), d.gc);
+  for (size_t k = 0; k < at.size(); ++k) {
+    const int e = members[k].elem;
     if (fm.size[e] == 0.0) continue;
     fm.def[e] = def;
-    fm.gc[e]  = gc;
+    fm.gc[e]  = gc[k];
     const double part = fm.volume[e] / fm.thickness[e];
     // (7.15), (7.26)
     fm.release[e] = rayleigh_time(el, e, d.release * (m.dim == 2 ? std::sqrt(part) : std::cbrt(part)));
     fm.average[e] = rayleigh_time(el, e, d.average * fm.size[e]);
   }
-  if (rng) gsl_rng_free(rng);
 }
 
 // do the materials of two elements differ?

@@ -88,7 +88,7 @@ Law& law_other();
 inline bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar || law.initial >= 0; }
 
 // law_history : history variables of an integration point: maximum over the materials of the model; with
-// cohesive bodies one more, for their points
+// cohesive bodies one more, the last, for their points, and with WEIBULL of such a body one before it
 int law_history(const Model& m);
 
 // law_place_initial : sets the index of the initial strain in the history, in all materials that have one

@@ -208,7 +208,9 @@ int law_history(const Model& m)
   int n = history_of_laws(m);
   for (const Material& mat : m.material)
     if (mat.initial >= 0) n = std::max(n, mat.initial + 6);
-  // pressure of the bulk viscosity of points that can crack, the last one
+  // points that can crack: factor of WEIBULL, and pressure of the bulk viscosity
+  n += std::any_of(m.fracture.begin(), m.fracture.end(),
+                   [](const FractureDef& f) { return f.body >= 0 && f.weibull > 0.0; });
   n += std::any_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& f) { return f.body >= 0; });
   MPFE_CHECK(n <= MAX_HISTORY, "MAX_HISTORY (mat/law.h) is less than a law keeps");
   return n;

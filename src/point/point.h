@@ -284,6 +284,10 @@ void point_crack_law(const Model& m, const Body& body, MatLaw& law);
 // point_crack : the data of the cohesive crack of point p, at t(n) = l, in the law of its body      (2.36a)
 void point_crack(const Model& m, const Points& pts, const Level& l, int p, CrackTangent tangent, MatLaw& law);
 
+// point_scatter : WEIBULL: draws the factor of strength and toughness of each initial cell of cracking bodies
+//   out  hp   history of the points at t = 0
+void point_scatter(const Model& m, const Points& pts, RealVec& hp);
+
 // point_opening : largest opening of the cohesive crack of a point of the deck, relative to that at which
 // its traction is zero; 0: it has none. point_open : is there no traction left?
 double point_opening(const Model& m, const Points& pts, const Level& l, size_t n, int p);

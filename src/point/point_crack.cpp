@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
-#include "base/hash.h"
+#include "base/weibull.h"
 #include "mat/law.h"
 #include "point/point_body.h"
 
@@ -39,23 +38,10 @@ void find_box(const Model& m, const Points& pts, int p, double* box)
   }
 }
 
-// number in (0, 1) from a seed and a number, the same on all ranks
-double uniform(int seed, int number)
+// index in hp of the factor of strength and toughness of point p: before the last, see law_history
+size_t scatter_at(const Points& pts, const RealVec& hp, int p)
 {
-  std::uint64_t h = hash_mix(hash_mix(hash_start, static_cast<std::uint64_t>(seed)),
-                             static_cast<std::uint64_t>(number));
-  for (int round = 0; round < 2; ++round) {          // so that near numbers differ in all bits
-    h = (h ^ h >> 32) * 0xd6e8feb86659fd93ull;
-  }
-  return (static_cast<double>((h ^ h >> 32) >> 11) + 0.5) / 9007199254740992.0;
-}
-
-// factor of strength and toughness: Weibull's distribution of mean 1 over the initial cells
-double scatter(const Points& pts, const FractureDef& f, int p)
-{
-  int first = pts.point_number(p);
-  for (int q = pts.next[p]; q != p; q = pts.next[q]) first = std::min(first, pts.point_number(q));
-  return std::pow(-std::log(uniform(f.seed, first)), 1.0 / f.weibull) / std::tgamma(1.0 + 1.0 / f.weibull);
+  return hp.size() / pts.npoint * (static_cast<size_t>(p) + 1) - 2;
 }
 
 // a law of the kind of this body
@@ -77,10 +63,34 @@ void point_crack(const Model& m, const Points& pts, const Level& l, int p, Crack
   find_box(m, pts, p, c.box);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) c.F[3 * i + j] = F(i, j);
-  if (f.weibull > 0.0) c.scatter = scatter(pts, f, p);
+  if (f.weibull > 0.0) c.scatter = l.hp[scatter_at(pts, l.hp, p)];
   c.tangent = tangent;
   law.broken = point_open(m, pts, l, p);
   mean_normal(pts, law, l, p, c.across);
+}
+
+void point_scatter(const Model& m, const Points& pts, RealVec& hp)
+{
+  for (size_t b = 0; b < m.body.size(); ++b) {
+    if (m.body[b].fracture < 0 || m.fracture[m.body[b].fracture].weibull == 0.0) continue;
+    const FractureDef& f = m.fracture[m.body[b].fracture];
+    IntVec point, at;          // the first point of each initial cell, and its number
+    for (int p = 0; p < pts.npoint; ++p) {
+      bool first = pts.body[p] == static_cast<int>(b);
+      for (int q = pts.next[p]; q != p && first; q = pts.next[q]) first = q > p;
+      if (!first) continue;
+      point.push_back(p);
+      at.push_back(pts.point_number(p));
+    }
+    const RealVec factor = weibull_draw(f.weibull, 1.0, f.seed, at);
+    for (size_t k = 0; k < point.size(); ++k) {
+      int q = point[k];
+      do {
+        hp[scatter_at(pts, hp, q)] = factor[k];
+        q = pts.next[q];
+      } while (q != point[k]);
+    }
+  }
 }
 
 void point_crack_law(const Model& m, const Body& body, MatLaw& law)

@@ -252,6 +252,7 @@ int step_open(Problem& p)
   st.n.he.assign(static_cast<size_t>(p.d.el.gauss_of.back()) * p.d.el.history, 0.0);
   if (step_opens(m)) st.n.cracked.assign(m.mesh.nelem(), 0);
   st.n.hp.assign(static_cast<size_t>(st.points.npoint) * p.d.point_law.history, 0.0);
+  point_scatter(m, st.points, st.n.hp);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(m, st) + step_initial_stress(p);
   point_copy_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});

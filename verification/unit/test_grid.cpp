@@ -7,9 +7,11 @@
 #include <set>
 
 #include "base/comm.h"
+#include "base/weibull.h"
 #include "bond/bond.h"
 #include "contact/contact_near.h"
 #include "dof/dof.h"
+#include "mat/law.h"
 #include "point/grid_cell.h"
 
 namespace {
@@ -48,6 +50,36 @@ struct Active {
 };
 
 }  // namespace
+
+// the numbers are those of elements (FracMesh.WeibullKeepsTheMeanAndTheSeedTheNumbers)
+TEST(Fill, WeibullIsDrawnOnceForAllPointsOfACell)
+{
+  Model m = block_model(0.5, 15, 2, 0.05);
+  FractureDef f;
+  f.body    = 0;
+  f.weibull = 3.0;
+  f.seed    = 5;
+  m.fracture.push_back(f);
+  m.body[0].fracture = 0;
+  Points pts;
+  ASSERT_EQ(0, point_fill(m, pts));
+  const int history = law_history(m), at = history - 2;
+  RealVec hp(static_cast<size_t>(pts.npoint) * history, 0.0);
+  point_scatter(m, pts, hp);
+  IntVec numbers;
+  for (int p = 0; p < pts.npoint; ++p) numbers.push_back(p);
+  const RealVec drawn = weibull_draw(3.0, 1.0, 5, numbers);
+  std::set<double> values;
+  for (int p = 0; p < pts.npoint; ++p) {
+    for (int k = 0; k < history; ++k)
+      if (k != at) EXPECT_EQ(0.0, hp[p * history + k]);
+    int first = p;
+    for (int q = pts.next[p]; q != p; q = pts.next[q]) first = std::min(first, q);
+    EXPECT_EQ(drawn[first], hp[p * history + at]);
+    values.insert(hp[p * history + at]);
+  }
+  EXPECT_EQ(225u, values.size());
+}
 
 TEST(Fill, BlockSharesCornersAndKeepsMass)
 {
