@@ -47,30 +47,15 @@ IntVec agree(const Halo& h, IntVec& steps)
   return fewer;
 }
 
-// neighbours of each row by blocks of M that can be nonzero
-template <class May>
-ListTable mass_graph(const SysMatrix& A, May may)
-{
-  return gather_lists(A.nrow, [&](auto use) {
-    for (int r = 0; r < A.nrow; ++r)
-      for (int k = A.off[r]; k < A.off[r + 1] - 1; ++k) {
-        if (!may(k)) continue;
-        use(r, A.col[k]);
-        use(A.col[k], r);
-      }
-  });
-}
-
-// [nrow] 1: a row near points of this rank or another one
-template <class May>
-std::vector<char> near_points(const ActiveGrid& grid, const Dofs& s, May may)
+// [nrow] 1: a row near points of this rank or another one, by blocks of M that may be nonzero
+std::vector<char> near_points(const ActiveGrid& grid, const Dofs& s, const std::vector<char>& may)
 {
   IntVec steps(s.rows.nrow, LAYERS + 1);
   std::fill(steps.begin() + s.rows.nfe, steps.end(), 0);
   for (int q : s.rows.owned_point)
     for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
       steps[s.rows.nfe + grid.point.item[k]] = 0;
-  const ListTable graph = mass_graph(s.pattern.A, may);
+  const ListTable graph = sys_graph(s.pattern.A, &may);
   IntVec from;
   for (int r = 0; r < s.rows.nrow; ++r)
     if (steps[r] == 0) from.push_back(r);
@@ -326,7 +311,7 @@ std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, con
   const auto can = [&](int k) { return may[k] != 0; };
   const bool coupled = s.rows.lumps && !sys_shared(s.pattern.A);
   std::vector<char> take = coupled ? coupled_rows(s, may)
-      : s.rows.hung                ? near_points(grid, s, can)
+      : s.rows.hung                ? near_points(grid, s, may)
                                    : rows_from(s, s.rows.nfe);
   take_islands(s, can, take, *m);
   form(s, take, can, *m);

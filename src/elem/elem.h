@@ -278,6 +278,16 @@ struct BulkStep {
   double xi = 0.0;             // largest damping ratio so far
 };
 
+// bulk_stress : rho L (b1 c + b2^2 L <-rate>) rate, and the damping ratio xi; rate: change of volume over
+// volume and time, c: speed of waves, size: L                                    doc/theory.md (6.35), (6.36)
+template <class Real>
+inline Real bulk_stress(const BulkStep& k, double density, double c, Real size, Real rate, Real& xi)
+{
+  const Real zero{}, squeezed = rate < zero ? -rate : zero;
+  xi = k.linear + k.quadratic * k.quadratic * size / c * squeezed;
+  return density * c * size * xi * rate;
+}
+
 // elem_bulk_pack : adds the force of the bulk viscosity of the first n of PACK intact elements to re; u0, u1,
 // re as elem_form_pack                                                          doc/theory.md (6.35), (6.36)
 //   in   q0    pressures at t(n)     [nelem]

@@ -14,7 +14,7 @@ inline Pack volume_change(bool finite, const Pack* H)
   return sum;
 }
 
-// q = rho L (b1 c + b2^2 L <-rate>) rate, one for each element, of the mean gradient             (6.35)
+// forces of the bulk viscosity of the mean gradient of each element                               (6.35)
 template <int D, int N>
 void bulk_pack(const ElemBlock& b, const int* slot, int n, const double* u0, const double* u1, bool finite,
                const RealVec& q0, RealVec& q1, BulkStep& k, double* re)
@@ -32,10 +32,9 @@ void bulk_pack(const ElemBlock& b, const int* slot, int n, const double* u0, con
   const double c = std::sqrt((b.law.lam + 2.0 * b.law.mu) / b.density);
   Pack q = before;
   if (k.dt > 0.0) {
-    const Pack rate = change / ((1.0 + change0 + 0.5 * change) * k.dt), zero{},
-               squeezed = rate < zero ? -rate : zero,
-               xi = k.linear + k.quadratic * k.quadratic * size / c * squeezed;
-    q = b.density * c * size * xi * rate;
+    const Pack rate = change / ((1.0 + change0 + 0.5 * change) * k.dt);
+    Pack xi;
+    q = bulk_stress(k, b.density, c, size, rate, xi);
     const Pack loss = 0.5 * volume * (before + q) * change;
     for (int l = 0; l < n; ++l) {
       k.loss += loss[l];

@@ -163,9 +163,9 @@ void add_bulk(const Model& m, const Points& pts, const PointLaws& law, const Lev
                size    = *std::min_element(box, box + D), J0 = ip_det<D>(H0), J1 = ip_det<D>(H1);
   double q = before;
   if (k.dt > 0.0) {
-    const double rate = (J1 - J0) / (0.5 * (J0 + J1) * k.dt),
-                 xi   = k.linear + k.quadratic * k.quadratic * size / c * std::max(0.0, -rate);
-    q = opens ? 0.0 : density * c * size * xi * rate;
+    double xi;
+    q = bulk_stress(k, density, c, size, (J1 - J0) / (0.5 * (J0 + J1) * k.dt), xi);
+    if (opens) q = 0.0;
     k.loss += 0.5 * pts.V0[p] * (before + q) * (J1 - J0);
     if (!opens) k.xi = std::max(k.xi, xi);
   }

@@ -52,7 +52,8 @@ SysMatrix sys_collect(const SysMatrix& A, bool values);
 void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A);
 
 // sys_graph : neighbours of each block row, excluding itself, ascending
-ListTable sys_graph(const SysMatrix& A);
+//   in   may   [blocks of A] 0: a block that does not count; null: all count
+ListTable sys_graph(const SysMatrix& A, const std::vector<char>* may = nullptr);
 
 // sys_sum : sums v [n*nrow + extra] over the ranks; each rank enters its contribution to its rows
 void sys_sum(const SysMatrix& A, RealVec& v, int extra = 0);

@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include "base/comm.h"
+#include "base/gather_lists.h"
 #include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
@@ -286,24 +287,15 @@ SysMatrix sys_collect(const SysMatrix& A, bool values)
   return whole;
 }
 
-ListTable sys_graph(const SysMatrix& A)
+ListTable sys_graph(const SysMatrix& A, const std::vector<char>* may)
 {
-  ListTable graph;
-  graph.off.assign(A.nrow + 1, 0);
-  for (int I = 0; I < A.nrow; ++I)
-    for (int k = A.off[I]; k < A.off[I + 1] - 1; ++k) {
-      ++graph.off[I + 1];
-      ++graph.off[A.col[k] + 1];
-    }
-  for (int I = 0; I < A.nrow; ++I) graph.off[I + 1] += graph.off[I];
-
   // rows ascend: the lower neighbours of a row are added before the upper ones
-  graph.item.resize(graph.off[A.nrow]);
-  IntVec next(graph.off.begin(), graph.off.end() - 1);
-  for (int I = 0; I < A.nrow; ++I)
-    for (int k = A.off[I]; k < A.off[I + 1] - 1; ++k) {
-      graph.item[next[I]++]        = A.col[k];
-      graph.item[next[A.col[k]]++] = I;
-    }
-  return graph;
+  return gather_lists(A.nrow, [&](auto use) {
+    for (int I = 0; I < A.nrow; ++I)
+      for (int k = A.off[I]; k < A.off[I + 1] - 1; ++k) {
+        if (may && !(*may)[k]) continue;
+        use(I, A.col[k]);
+        use(A.col[k], I);
+      }
+  });
 }
