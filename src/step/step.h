@@ -420,13 +420,18 @@ Failure step_stable(Problem& p, const Step& s);
 // lumped mass: weights of opposite sign cancel there  (no test)
 const double MIN_ROW_SUM = 0.05;
 
-// step_keep_momentum : distributes the residual of M a = f to a by the lumped mass, so that the change of
-// momentum is f to round-off
+// step_keep_momentum : distributes the residual of M a = f in the rows of the grid to a by the lumped mass,
+// so that the change of momentum is f to round-off
 void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc);
 
 // step_accelerations : explicit: accelerations of free dofs from the forces f, with dampers over half (dt/2);
-// in   acc   those of fixed dofs
+// step_accelerations_turning : nodes of rigid bodies also have w x (w x r)                          (6.41)
+//   in   acc   those of fixed dofs
+//        u     displacements at the time of f   [nnode*dim]
+//        v     velocities at that time          [neq]
 Failure step_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc);
+Failure step_accelerations_turning(const Problem& p, const RealVec& u, const RealVec& v, const RealVec& f,
+                                   double half, RealVec& acc);
 
 // step_on_grid : do rows of the grid, or corners that follow nodes, take part in the motion?
 inline bool step_on_grid(const Discretisation& d, const Dofs& s)

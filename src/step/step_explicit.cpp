@@ -58,8 +58,8 @@ void node_accelerations(const Dofs& s, double half, const RealVec& f, RealVec& a
 Failure step_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc)
 {
   const Dofs& s = p.dofs;
-  if (s.bound.tie.any) return mass_solve_tied(s, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
-  node_accelerations(s, half, f, acc);
+  if (!s.bound.tie.any) node_accelerations(s, half, f, acc);
+  else if (mass_solve_tied(s, f, acc) < 0) return MASS_FAILED;
   if (!step_on_grid(p.d, s)) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const std::vector<char> begun(s.rows.nrow, 1);
@@ -67,6 +67,19 @@ Failure step_accelerations(const Problem& p, const RealVec& f, double half, Real
   if (mass_project(s, begun, f, acc) < 0) return MASS_FAILED;
   step_keep_momentum(s, f, acc);
   return STATUS_OK;
+}
+
+Failure step_accelerations_turning(const Problem& p, const RealVec& u, const RealVec& v, const RealVec& f,
+                                   double half, RealVec& acc)
+{
+  const Dofs& s = p.dofs;
+  if (s.bound.tie.rigid.empty()) return step_accelerations(p, f, half, acc);
+  RealVec inward(s.rows.neq(), 0.0), rest = f;
+  rigid_centripetal(p.m, u, s, v, inward);
+  for (int i = 0; i < s.rows.neq(); ++i) rest[i] -= s.mass.lumped[i / s.rows.dim] * inward[i];
+  const Failure failure = step_accelerations(p, rest, half, acc);
+  for (int i = 0; i < s.rows.neq(); ++i) acc[i] += inward[i];
+  return failure;
 }
 
 namespace {
@@ -89,27 +102,23 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
   return STATUS_OK;
 }
 
-// accelerations at t(n+1); nodes of rigid bodies also have w x (w x r)                         (6.41)
-Failure turning_accelerations(Problem& p, Attempt& a, const RealVec& f)
+// accelerations at t(n+1)
+Failure accelerations_at_end(Problem& p, Attempt& a, const RealVec& f)
 {
   const Dofs& s = p.dofs;
   if (s.bound.tie.rigid.empty()) return step_accelerations(p, f, 0.5 * a.dt, a.acc);
   rigid_arms(p.m, p.st.np1.u, p.dofs.bound.tie);
-  RealVec v(s.rows.neq()), inward(s.rows.neq(), 0.0), rest = f;
+  RealVec v(s.rows.neq());
   for (int i = 0; i < s.rows.neq(); ++i)
     v[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.rate[i] : a.vgrid[i] + a.dt * a.agrid[i];
-  rigid_centripetal(p.m, p.st.np1.u, s, v, inward);
-  for (int i = 0; i < s.rows.neq(); ++i) rest[i] -= s.mass.lumped[i / s.rows.dim] * inward[i];
-  const Failure failure = step_accelerations(p, rest, 0.5 * a.dt, a.acc);
-  for (int i = 0; i < s.rows.neq(); ++i) a.acc[i] += inward[i];
-  return failure;
+  return step_accelerations_turning(p, p.st.np1.u, v, f, 0.5 * a.dt, a.acc);
 }
 
-// adds (f - Ma) / lumped to the accelerations of the rows from first on: with r = f - M a the sum of
+// adds (f - Ma) / lumped to the accelerations of the rows of the grid: with r = f - M a the sum of
 // M (r / lumped) over the rows equals that of r
-void add_residual(const Dofs& s, int first, const RealVec& f, const RealVec& Ma, RealVec& acc)
+void add_residual(const Dofs& s, const RealVec& f, const RealVec& Ma, RealVec& acc)
 {
-  for (int i = first * s.rows.dim; i < s.rows.neq(); ++i) {
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i) {
     const int r = i / s.rows.dim;
     if (s.bound.fixed[i] != DOF_FREE || s.mass.lumped[r] <= MIN_ROW_SUM * s.mass.M_diag[r]) continue;
     acc[i] += (f[i] - Ma[i]) / s.mass.lumped[r];
@@ -122,7 +131,7 @@ void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
 {
   RealVec Ma;
   mass_multiply(s, acc, Ma);
-  add_residual(s, 0, f, Ma, acc);
+  add_residual(s, f, Ma, acc);
 }
 
 namespace {
@@ -233,7 +242,7 @@ Failure accelerate_grid(const Dofs& s, Attempt& a)
     const std::vector<char> begun(s.rows.nrow, 1);       // initial guess: acceleration at t(n)
     if (mass_project(s, begun, f, a.acc) < 0) return MASS_FAILED;
     multiply_grid(s, a.acc, Ma);
-    add_residual(s, s.rows.nfe, f, Ma, a.acc);
+    add_residual(s, f, Ma, a.acc);
   }
   const auto fixed = s.bound.fixed.begin() + first;
   if (!dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end()))
@@ -329,7 +338,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   a.acc = a.agrid;
   for (int i = 0; i < s.rows.neq(); ++i)
     if (s.bound.fixed[i] == DOF_FIXED) a.acc[i] = (s.bound.rate[i] - a.vgrid[i]) / a.dt;
-  failure = turning_accelerations(p, a, f);
+  failure = accelerations_at_end(p, a, f);
   if (!failure.ok()) return failure;
   if (step_grid_rubs(p.m)) {
     RealVec v(a.vgrid);

@@ -193,21 +193,23 @@ Failure begin_damping(Problem& p, Attempt& a)
 // M a(n): from the accelerations of the nodes; for the grid M a = fext - fint on free dofs, and that solution
 // in the rows of its supports, whose reaction is not known otherwise. Where points follow nodes, all forces
 // are evaluated: the accelerations of the nodes belong to the grid of the last increment.
-Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
+//   out  f    with a grid: fext - fint - damping at t(n)
+Failure inertia_at_start(Problem& p, Attempt& a, RealVec& f, RealVec& Ma)
 {
   const Dofs& s = p.dofs;
-  const int first = s.rows.projected_from(), grid = s.rows.nfe * s.rows.dim;
   a.agrid = dof_of_nodes(s, p.st.n.a);
   if (step_on_grid(p.d, s)) {
-    RealVec f(s.rows.neq(), 0.0), damping(s.rows.neq(), 0.0);
+    RealVec damping(s.rows.neq(), 0.0);
     if (step_damps(p)) {
       const Failure failure = step_damping(p, a.mode.finite, a.t0, a.dt, a.vgrid, damping);
       if (!failure.ok()) return failure;
     }
     Timer timer(PHASE_PROJECT);
-    for (int i = first * s.rows.dim; i < s.rows.neq(); ++i) {
+    f.resize(s.rows.neq());
+    for (int i = 0; i < s.rows.neq(); ++i) {
       f[i] = a.fext0[i] - a.fint0[i] - damping[i];
-      if (s.bound.fixed[i] && i >= grid) a.agrid[i] = (s.bound.rate[i] - s.bound.rate0[i]) / a.dt;
+      if (s.bound.fixed[i] && i >= s.rows.nfe * s.rows.dim)
+        a.agrid[i] = (s.bound.rate[i] - s.bound.rate0[i]) / a.dt;
     }
     if (mass_solve(s, s.rows.hung ? ROWS_ALL : ROWS_GRID, s.rows.nfe, f, a.agrid) < 0) return MASS_FAILED;
   }
@@ -235,10 +237,10 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   if (!failure.ok()) return failure;
 
   const Scheme& scheme = scheme_of(s);
-  RealVec Ma, force;
+  RealVec f, Ma, force;
   if (scheme.acceleration) {
     if (step_on_grid(p.d, p.dofs) || scheme.force) failure = force_at_start(p, a);
-    if (failure.ok()) failure = inertia_at_start(p, a, Ma);
+    if (failure.ok()) failure = inertia_at_start(p, a, f, Ma);
     if (!failure.ok()) return failure;
   }
   if (scheme.force) unbalanced_at_start(p.dofs, p.st.rf, a, force);
@@ -293,19 +295,13 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   for (int i = 0; i < dofs.rows.nfe * dofs.rows.dim; ++i)
     if (dofs.bound.fixed[i] == DOF_FIXED)
       acc[i] = p.st.n.a[dofs.rows.node_of_row[i / dofs.rows.dim] * dofs.rows.dim + i % dofs.rows.dim];
-  RealVec inward(dofs.rows.neq(), 0.0);              // centripetal                                     (6.41)
-  if (!dofs.bound.tie.rigid.empty()) {
-    rigid_centripetal(p.m, p.st.n.u, dofs, dof_of_nodes(dofs, p.st.n.v), inward);
-    for (int i = 0; i < dofs.rows.neq(); ++i) f[i] -= dofs.mass.lumped[i / dofs.rows.dim] * inward[i];
-  }
-  if (s.explicit_steps() && !dofs.bound.tie.any && !step_on_grid(p.d, dofs)) {
-    failure = step_accelerations(p, f, 0.0, acc);      // a division
+  if (s.explicit_steps() && (dofs.bound.tie.any || !step_on_grid(p.d, dofs))) {
+    failure = step_accelerations_turning(p, p.st.n.u, dof_of_nodes(dofs, p.st.n.v), f, 0.0, acc);
     if (!failure.ok()) return failure;
   } else {
     const int it = dofs.bound.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc);
     if (it < 0) return MASS_FAILED;
   }
-  for (int i = 0; i < dofs.rows.neq(); ++i) acc[i] += inward[i];
   put_accelerations(p, acc);
   p.stable.before.clear();     // contact as it is now is in them
   p.stable.apart = false;
@@ -318,22 +314,21 @@ namespace {
 Failure accelerations_at_start(Problem& p, Attempt& a)
 {
   const Dofs& s = p.dofs;
-  RealVec Ma, ahead = p.st.n.degr;
+  RealVec f, Ma, ahead = p.st.n.degr;
   ahead.swap(p.st.np1.degr);                         // degradation at t(n)
   Failure failure = force_at_start(p, a);
   ahead.swap(p.st.np1.degr);
-  if (failure.ok()) failure = inertia_at_start(p, a, Ma);
-  if (!failure.ok() || step_damps(p)) return failure;
-  RealVec f(s.rows.neq());
-  for (int i = 0; i < s.rows.neq(); ++i) f[i] = a.fext0[i] - a.fint0[i];
-  if (s.rows.hung) {
-    step_keep_momentum(s, f, a.agrid);
-    return failure;
-  }
+  if (failure.ok()) failure = inertia_at_start(p, a, f, Ma);
+  if (!failure.ok()) return failure;
   // contact forces have changed: nodes need the same forces as the grid
-  for (int i = 0; i < s.rows.nfe * s.rows.dim && !s.bound.tie.any; ++i)
-    if (s.bound.fixed[i] == DOF_FREE) a.agrid[i] = f[i] / s.mass.lumped[i / s.rows.dim];
-  step_keep_momentum(s, f, a.agrid);
+  if (s.bound.tie.any) {
+    failure = step_accelerations_turning(p, p.st.n.u, a.vgrid, f, 0.0, a.agrid);
+    if (!failure.ok()) return failure;
+  } else {
+    for (int i = 0; i < s.rows.nfe * s.rows.dim; ++i)
+      if (s.bound.fixed[i] == DOF_FREE) a.agrid[i] = f[i] / s.mass.lumped[i / s.rows.dim];
+    step_keep_momentum(s, f, a.agrid);
+  }
   step_grid_friction(p, f, a.vgrid, 0.5 * a.dt, a.agrid);
   put_accelerations(p, a.agrid);
   return failure;
