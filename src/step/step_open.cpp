@@ -287,10 +287,27 @@ double fastest(const MeshPart& part, const State& st, bool is_static)
   return part.on ? comm_allreduce_max(largest) : largest;
 }
 
-// explicit, with *CONTACT: parts meet by their faces, and may share nodes of the grid
+// does an exclusion of *CONTACT stand for a *CONTACT PAIR?
+bool of_pair(const Model& m, const ContactRule& r)
+{
+  return std::any_of(m.bond.begin(), m.bond.end(), [&](const BondDef& b) {
+    return b.pair() && b.surface == r.a.surface && b.contact.master == r.b.surface;
+  });
+}
+
+// explicit, with *CONTACT of all faces: parts meet by these, and may share nodes of the grid. Bodies of the
+// deck in one field, and what *CONTACT leaves out, meet through the grid alone
 bool meet_by_faces(const Model& m, const Step& s)
 {
-  return s.explicit_steps() && model_general_contact(m) >= 0;
+  const int general = model_general_contact(m);
+  if (!s.explicit_steps() || general < 0) return false;
+  const ContactDef& c = m.bond[general].contact;
+  const auto all      = [](const ContactSide& x) { return x.surface < 0 && x.elset < 0 && x.body < 0; };
+  return std::all_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fill == FILL_CONVERSION; }) &&
+         std::any_of(c.include.begin(), c.include.end(),
+                     [&](const ContactRule& r) { return all(r.a) && all(r.b); }) &&
+         std::all_of(c.exclude.begin(), c.exclude.end(),
+                     [&](const ContactRule& r) { return of_pair(m, r); });
 }
 
 // stays: the active grid moves with corners and bonds; known: this rank has it, with all lists needed.
