@@ -166,8 +166,9 @@ bool may_meet(const BondDef& d, const ContactScene& s, int a, int b)
   return s.body[a] != s.body[b] || !back_of(s, a, b);
 }
 
-// largest distance between positions a and b [n*dim]
-double largest_way(int dim, const RealVec& a, const RealVec& b)
+}  // namespace
+
+double contact_largest_way(int dim, const RealVec& a, const RealVec& b)
 {
   double largest = 0.0;
   for (size_t k = 0; k < a.size(); k += dim) {
@@ -177,6 +178,8 @@ double largest_way(int dim, const RealVec& a, const RealVec& b)
   }
   return std::sqrt(largest);
 }
+
+namespace {
 
 double mean_of(const RealVec& size)
 {
@@ -233,7 +236,7 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   s.part   = part;
   s.travel = travel;
   if (same && reaches &&
-      2.0 * std::max(largest_way(m.dim, u, s.u), largest_way(m.dim, uc, s.uc)) < s.margin)
+      2.0 * std::max(contact_largest_way(m.dim, u, s.u), contact_largest_way(m.dim, uc, s.uc)) < s.margin)
     return;
   s.max_travel = 1.5 * travel; // margin for growing increments
   find_near(m, pts, u, uc, s);

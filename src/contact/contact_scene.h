@@ -29,6 +29,9 @@ struct ContactScene {
   long built = 0;              // number of times near was built
 };
 
+// contact_largest_way : largest distance between positions a and b [n*dim]
+double contact_largest_way(int dim, const RealVec& a, const RealVec& b);
+
 // scene_update : rebuilds near when the faces have changed, or have moved too far. Collective
 // with a divided model.
 //   in   travel  motion of a point in the increment; is_static: reach of a face size, not of a quarter of it

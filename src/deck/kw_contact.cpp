@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
-void contact_overlap(Card& card, BondDef& b)
+namespace {
+
+void read_overlap(Card& card, BondDef& b)
 {
   const HeadParam* const adjust = card_param(card, "ADJUST");
   const int word = card_param_word(card, "OVERLAP", "PUSH|ADJUST|REFUSE",
@@ -13,7 +15,7 @@ void contact_overlap(Card& card, BondDef& b)
     card_error(card, adjust->key, "ADJUST=a requires OVERLAP=ADJUST");
 }
 
-void contact_check_params(Card& card)
+void check_params(Card& card)
 {
   const bool interaction = card_param(card, "INTERACTION");
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
@@ -24,6 +26,19 @@ void contact_check_params(Card& card)
       card_error(card, card_param(card, name)->key,
                  std::string(name) +
                      " cannot be combined with INTERACTION, which has *SURFACE BEHAVIOR and *FRICTION");
+}
+
+}  // namespace
+
+void contact_params(Card& card, BondDef& b)
+{
+  b.kind      = BOND_CONTACT;
+  b.deck_line = card_deck_line(card);
+  b.penalty   = card_param_real(card, "PENALTY", 0.0, above(0.0));
+  b.alpha     = card_param_real(card, "ALPHA", 0.0, above(0.0));
+  b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
+  read_overlap(card, b);
+  check_params(card);
 }
 
 const Interaction* contact_interaction(Deck& d, const Field& at)
@@ -39,11 +54,13 @@ const Interaction* contact_interaction(Deck& d, const Field& at)
   return nullptr;
 }
 
-void contact_copy(const Interaction& in, BondDef& b)
+void contact_copy(Deck& d, const Field& at, BondDef& b)
 {
-  b.penalty  = in.penalty;
-  b.contact.friction = in.friction;
-  b.contact.stick    = in.stick;
+  const Interaction* in = at.empty() ? nullptr : contact_interaction(d, at);
+  if (!in) return;
+  b.penalty          = in->penalty;
+  b.contact.friction = in->friction;
+  b.contact.stick    = in->stick;
 }
 
 namespace {
@@ -152,16 +169,10 @@ void complete_rules(Deck& d, Model& m, int general)
 void kw_contact(Card& card, Model& model)
 {
   BondDef b;
-  b.kind     = BOND_CONTACT;
-  b.contact.general  = true;
-  b.name     = card_param(card, "NAME") ? card_param_name(card, "NAME") : "GENERAL";
-  b.deck_line    = card_deck_line(card);
-  b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
-  b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
-  b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
+  b.contact.general = true;
+  b.name = card_param(card, "NAME") ? card_param_name(card, "NAME") : "GENERAL";
+  contact_params(card, b);
   b.intermediate = card_param_int(card, "INTERMEDIATE", -1, 0, 1000);
-  contact_overlap(card, b);
-  contact_check_params(card);
   const Field interaction = card_param_field(card, "INTERACTION");
   if (model_general_contact(model) >= 0)
     card_error(card, card.head.at, "*CONTACT is defined already; only one is allowed");
@@ -170,10 +181,7 @@ void kw_contact(Card& card, Model& model)
       card_error(card, card.head.at, "bond or contact " + b.name + " is defined already");
   const int i = static_cast<int>(model.bond.size());
   model.bond.push_back(b);
-  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
-    const Interaction* in = interaction.empty() ? nullptr : contact_interaction(d, interaction);
-    if (in) contact_copy(*in, m.bond[i]);
-  });
+  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { contact_copy(d, interaction, m.bond[i]); });
   card_later(card, STAGE_END, [=](Deck& d, Model& m) { complete_rules(d, m, i); });
 }
 

@@ -1,17 +1,5 @@
 #include "deck/kw_contact.h"
 
-namespace {
-
-void pair_params(Card& card, const BondDef& b)
-{
-  contact_check_params(card);
-  if (!card_param(card, "INTERACTION") && b.name.empty() && !card_param(card, "NAME"))
-    card_error(card, card.head.at,
-               "parameter NAME is missing: write *CONTACT PAIR, NAME=... (or INTERACTION=...)");
-}
-
-}  // namespace
-
 // ---------------------------------------------------------------------------
 // *CONTACT PAIR, NAME=[, FRICTION=][, PENALTY= | ALPHA=] ... or INTERACTION=[, NAME=] ... : slave surface,
 // master surface
@@ -19,17 +7,14 @@ void pair_params(Card& card, const BondDef& b)
 void kw_contact_pair(Card& card, Model& model)
 {
   BondDef b;
-  b.kind     = BOND_CONTACT;
-  b.name     = card_param_name(card, "NAME");
-  b.deck_line    = card_deck_line(card);
-  b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
-  b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
-  b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
+  b.name = card_param_name(card, "NAME");
+  contact_params(card, b);
   b.contact.by_face = card_param_word(card, "TYPE", "NODE TO SURFACE|SURFACE TO SURFACE", 0) == 1;
   b.intermediate = card_param_int(card, "INTERMEDIATE", b.contact.by_face ? -1 : 0, 0, 1000);
   b.augment = card_param_int(card, "AUGMENT", 0, 0, 1000);
-  contact_overlap(card, b);
-  pair_params(card, b);
+  if (!card_param(card, "INTERACTION") && b.name.empty() && !card_param(card, "NAME"))
+    card_error(card, card.head.at,
+               "parameter NAME is missing: write *CONTACT PAIR, NAME=... (or INTERACTION=...)");
   const Field interaction = card_param_field(card, "INTERACTION");
   if (!card_line(card)) {
     card_error(card, card.head.at, "a data line must follow: slave surface, master surface");
@@ -44,10 +29,7 @@ void kw_contact_pair(Card& card, Model& model)
   const std::size_t i = model.bond.size();
   model.bond.push_back(b);
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
-    if (!interaction.empty()) {
-      const Interaction* in = contact_interaction(d, interaction);
-      if (in) contact_copy(*in, m.bond[i]);
-    }
+    contact_copy(d, interaction, m.bond[i]);
     m.bond[i].surface = target_surface(d, m, slave);
     m.bond[i].contact.master  = target_surface(d, m, master);
     if (m.bond[i].surface >= 0 && m.bond[i].surface == m.bond[i].contact.master)

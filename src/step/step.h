@@ -310,6 +310,9 @@ Failure step_half(Problem& p, const Attempt& a, HalfWatch& w);
 // half_judge : HALF_RESIDUAL when a shorter attempt is required; cuts: number of cuts of this increment
 Failure half_judge(const Step& s, double dt, int cuts, HalfWatch& w);
 
+// step_largest_move : largest displacement of a node or a corner of this rank in the increment so far
+double step_largest_move(const State& st);
+
 // step_increment : one attempt from t(n) over dt; result in st.np1. Never changes st.n.
 //   out  energy   with fracture: strain energy of intact elements at t(n+1), of this rank  [nelem]
 //   inout half    not null and on: HALF_RESIDUAL rejects attempts that are too long

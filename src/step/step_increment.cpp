@@ -114,11 +114,8 @@ Failure find_missed_contact(Problem& p)
   if (model_general_contact(p.m) < 0 || (st.bonds.contact.skin.empty() && !part.window)) return STATUS_OK;
   if (part.on) halo_copy(part.halo, p.m.dim, st.np1.u);        // nodes of halo elements
   if (part.window) point_copy_corners(st.points, p.m.dim, {&st.np1.uc});
-  double largest = 0.0;
-  for (size_t i = 0; i < st.n.u.size(); ++i) largest = std::max(largest, std::fabs(st.np1.u[i] - st.n.u[i]));
-  for (size_t i = 0; i < st.n.uc.size(); ++i)
-    largest = std::max(largest, std::fabs(st.np1.uc[i] - st.n.uc[i]));
-  const int dim = p.m.dim;
+  double largest = step_largest_move(st);
+  const int dim  = p.m.dim;
   if (part.on) largest = comm_allreduce_max(largest);
   if (2.0 * std::sqrt(dim) * largest <= scene_reach(part, p.d.scene)) return STATUS_OK;
   ContactScene scene = p.d.scene;

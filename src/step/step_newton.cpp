@@ -182,16 +182,18 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
   return d;
 }
 
-// largest displacement of a node or a corner in the increment so far
-double largest_move(const Problem& p)
+}  // namespace
+
+double step_largest_move(const State& st)
 {
-  const State& st = p.st;
   double largest = 0.0;
   for (size_t i = 0; i < st.n.u.size(); ++i) largest = std::max(largest, std::fabs(st.np1.u[i] - st.n.u[i]));
   for (size_t i = 0; i < st.n.uc.size(); ++i)
     largest = std::max(largest, std::fabs(st.np1.uc[i] - st.n.uc[i]));
-  return dof_largest(p.dofs, largest);
+  return largest;
 }
+
+namespace {
 
 // force of round-off: the stiffness times 1e-15 of the displacement and of the element size (6.5). Grid
 // displacements count up to those of the material: modes that no corner sees may have any size.
@@ -201,7 +203,7 @@ double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
   const RealVec strain =
       strain_diagonal(p.m, p.st.bonds, p.d.grid, p.dofs, diag, a.cM, a.cC);
   const Ties& t = p.dofs.bound.tie;
-  const double largest = p.d.grid.of_all.nodes > 0 ? largest_move(p) : 0.0;
+  const double largest = p.d.grid.of_all.nodes > 0 ? dof_largest(p.dofs, step_largest_move(p.st)) : 0.0;
   const int grid    = p.dofs.rows.nfe * p.dofs.rows.dim;
   const auto square = [&](int i) {
     const double move = i < grid ? std::fabs(du[i]) : std::min(largest, std::fabs(du[i]));

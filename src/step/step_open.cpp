@@ -360,18 +360,6 @@ const double SEARCH_MOVE = 0.02;
 // (test: contact/g2_explicit.inp)
 const double DEPTH_FACTOR = 4.0;
 
-// square of the largest distance between positions a and b [n*dim]
-double largest_way2(int dim, const RealVec& a, const RealVec& b)
-{
-  double largest = 0.0;
-  for (size_t k = 0; k < a.size(); k += dim) {
-    double way = 0.0;
-    for (int i = 0; i < dim; ++i) way += (a[k + i] - b[k + i]) * (a[k + i] - b[k + i]);
-    largest = std::max(largest, way);
-  }
-  return largest;
-}
-
 }  // namespace
 
 bool step_contact_stays(const Problem& p, const Step& s)
@@ -383,8 +371,8 @@ bool step_contact_stays(const Problem& p, const Step& s)
                f.uc.size() == st.n.uc.size() && p.d.pairs.gap.size() == static_cast<size_t>(st.bonds.nbond);
   double largest[2] = {stays ? 0.0 : 1.0, 0.0};
   if (stays)
-    largest[1] = std::sqrt(std::max(largest_way2(p.m.dim, f.u, st.n.u),
-                                    largest_way2(p.m.dim, f.uc, st.n.uc)));
+    largest[1] = std::max(contact_largest_way(p.m.dim, f.u, st.n.u),
+                          contact_largest_way(p.m.dim, f.uc, st.n.uc));
   if (p.m.part.on) comm_max(largest, 2);
   return largest[0] == 0.0 && largest[1] < SEARCH_MOVE * f.size;
 }
