@@ -613,7 +613,7 @@ Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, 
 
 namespace {
 
-// what removed elements held with, and their loads, falls to zero over the step: at nodes fn    (6.43)
+// forces of removed elements and of their loads fall to zero over the step: at nodes fn         (6.43)
 void add_left_by_removed(const Model& m, const State& st, const Step& step, double t, RealVec& fn)
 {
   if (st.left_by_removed.empty()) return;

@@ -128,7 +128,7 @@ bool lock_held(const std::string& path, std::string& owner)
   const bool named = read_owner(file, host, process);
   owner = named ? "process " + std::to_string(process) + " on " + host : "it has just begun";
   const bool dead = named && host == host_name() && !alive(process);
-  // a lock held by no process was left by a crash; one without a name is about to get it
+  // a lock without a process was left by a crash; one without a name is about to get it
   const bool free = named && !dead && flock(file, LOCK_SH | LOCK_NB) == 0;
   close(file);
   return !dead && !free;

@@ -66,7 +66,7 @@ std::vector<Face> contact_skin_at_start(const Model& m);
 struct ContactWall {
   int grid_bc = -1, axis = 0;
   double at = 0.0, side = 0.0;         // position; +1, -1: the body is above, below
-  bool sticks = false;         // held in its plane too: friction
+  bool sticks = false;         // fixed in its plane too: friction
 };
 
 // contact_walls : planes at the ends of the grid whose normal displacement is zero

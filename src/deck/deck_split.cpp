@@ -465,7 +465,7 @@ std::vector<char> held_nodes(const Model& m, int i, const std::vector<Prescribed
   return held;
 }
 
-// values that act in a step: where a face has nodes held by different means, or in different steps, the node
+// values that act in a step: where a face has nodes fixed by different means, or in different steps, the node
 // at its centre would be free
 void check_means(Deck& d, const Model& m, const SplitMesh& s, const std::vector<Prescribed>& values)
 {

@@ -36,7 +36,7 @@ void read_broken(Card& card, Model& model)
 
 // ---- TYPE=STRESS ------------------------------------------------------------
 
-// components of Abaqus and CalculiX, 11 22 33 12 13 23, by their places in 11 22 33 12 23 31
+// components of Abaqus and CalculiX, 11 22 33 12 13 23: index in 11 22 33 12 23 31
 const int place_of[6] = {0, 1, 2, 3, 5, 4};
 const char* const component[6] = {"S11", "S22", "S33", "S12", "S13", "S23"};
 

@@ -59,7 +59,7 @@ struct Elements {
   std::vector<char> as_points;
   const Fracture* frac = nullptr;   // state of fracture; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
-  // does element e, or its points in its place, count on this rank?
+  // does element e, or the points that it became, count on this rank?
   bool moves(int e) const
   {
     return block_of[e] >= 0 || (!as_points.empty() && as_points[e] && (outer.empty() || !outer[e]));

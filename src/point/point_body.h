@@ -8,7 +8,7 @@
 
 #include "point/point.h"
 
-// Places at t = 0 and now, and velocities of the corners; 0 beyond the dimension of the model
+// Positions at t = 0 and now, and velocities of the corners; 0 beyond the dimension of the model
 struct DomainBody {
   int n = 0;
   Eigen::Vector3d X[8], x[8], v[8];

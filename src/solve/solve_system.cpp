@@ -277,7 +277,7 @@ bool changed_pays(const Solver& s)
 }
 
 // Broken material in 3D: factors cost so much more than the incomplete factor that conjugate gradients take
-// less than half of their time, even with parts that are held by the residual stiffness only
+// less than half of their time, even with parts that the residual stiffness alone supports
 bool broken_by_cg(const Solver& s, const SysMatrix& A, const SolveTask& task, long now, double& limit)
 {
   const SolverData& d = *s.data;

@@ -164,8 +164,8 @@ void change_elements(Problem& p, const Step& s, bool add)
 // ---------------------------------------------------------------------------
 // step_change : elements go and come back when step k begins                        doc/theory.md (6.43)
 //
-// What those that go have held stays as forces that a static step takes away over its time; in motion it
-// is gone at once. Those that come back have no stress as they are then.
+// The forces of removed elements on their nodes stay, and a static step takes them away over its time; in
+// motion they are gone at once. Elements that come back have no stress as they are then.
 // ---------------------------------------------------------------------------
 Failure step_change(Problem& p, int k)
 {

@@ -425,7 +425,7 @@ Failure follow_arc(Problem& p, Attempt& a, int it, double residual, double accep
   return STATUS_OK;
 }
 
-// what the correction of iteration it, of which part was applied, tells of tangent and predictor
+// judges tangent and predictor by the correction of iteration it, of which part was applied
 //   in   linear   the first residual was that of the kept tangent;   before   norm of R before it
 void judge_correction(Problem& p, int it, bool linear, double before, double part, const Residual& b)
 {
