@@ -472,6 +472,7 @@ Failure step_prepare(Problem& p, const Step& s)
     p.d.grid = ActiveGrid();
     p.d.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // only bonds to the ground and contact
   }
+  point_bands(p.m, st.points, st.n, st.laid.uc, p.d.point_law);
   dof_form(p.m, s, st, p.d, p.dofs);
   if (s.proc == PROC_DYNAMIC) {
     const long of = p.dofs.mass.mass_of, made = p.dofs.mass.mass_made;
