@@ -272,9 +272,10 @@ Eigen::Vector3d mean_axis(const double* A)
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(full).eigenvectors().col(2);
 }
 
-// width of the band of point p, 0: it has no crack, no traction, or is closed
+// width of the band of point p, 0: it has no crack, no traction, or is closed; came: counts points that have
+// come into cells whose crack is open
 double band_of(const Model& m, const Points& pts, const PointLaws& law, const Level& l, const RealVec& laid,
-               const std::vector<CellSum>& cells, int p)
+               const std::vector<CellSum>& cells, int p, double& came)
 {
   MatLaw of      = law.body[pts.body[p]];
   const double k = crack_opening(of, history_at(l.hp, law.history, p));
@@ -287,21 +288,25 @@ double band_of(const Model& m, const Points& pts, const PointLaws& law, const Le
                most   = std::max(box, MAX_LIMIT * crack_max_width(of)),
                strain = crack_strain(m, pts, law, l, p);
   const bool comes = w > OPENED * crack_open(of.crack) && strain < NEWCOMER * open.part * open.strain;
+  came += comes;
   return std::min(most, comes ? w / strain : box / open.part);
 }
 
 }  // namespace
 
-void point_bands(const Model& m, const Points& pts, const Level& l, const RealVec& laid, PointLaws& law)
+int point_bands(const Model& m, const Points& pts, const Level& l, const RealVec& laid, PointLaws& law)
 {
   law.band.clear();
-  if (std::none_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fracture >= 0; })) return;
+  if (std::none_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fracture >= 0; })) return 0;
   const std::vector<CellSum> cells = cell_strains(m, pts, law, l, laid);
-  if (cells.empty()) return;
+  if (cells.empty()) return 0;
+  double came = 0.0;
   law.band.assign(pts.npoint, 0.0);
   for (int p = 0; p < pts.npoint; ++p)
     if (may_crack(m, pts, p) && point_counts(m, pts, p))
-      law.band[p] = band_of(m, pts, law, l, laid, cells, p);
+      law.band[p] = band_of(m, pts, law, l, laid, cells, p, came);
+  comm_sum(&came, 1);
+  return static_cast<int>(came);
 }
 
 void point_crack(const Model& m, const Points& pts, const Level& l, int p, CrackTangent tangent, MatLaw& law)
