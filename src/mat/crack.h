@@ -17,6 +17,9 @@ const double OPENING_TOL = 1e-6;
 // (0.92 with 0), C3: squares and triangles dissipate 1317 and 1351 Nmm (1206 and 1310)
 // (test: strength/band.inp, strength/l_panel.inp)
 const double SETTLED = 0.2;
+// of the width of a point: larger changes are followed above SETTLED too. They are those of the cells that
+// open; smaller ones those of the normal  (test: strength/band_points.inp)
+const double OTHER_WIDTH = 0.1;
 
 // f(k), its slope, and the integral of f up to k
 struct Cohesion { double f, slope, work; };

@@ -168,8 +168,16 @@ inline double crack_strength(const CrackLaw& c) { return c.strength * c.scatter;
 double crack_width(const CrackLaw& c, const double* N);
 
 // crack_next_width : of the next increment: along the mean normal of the element, until the crack has opened
-// by SETTLED of its final opening; width: of this increment                                      length
-double crack_next_width(const CrackLaw& c, double width, double opening);
+// by SETTLED of its final opening; of a point: CrackLaw::band, while the crack grows
+//   in   width            of this increment                                                       length
+//        before, opening  at both ends of it                                                      length
+double crack_next_width(const CrackLaw& c, double width, double before, double opening);
+
+// crack_traction : of a crack that grows, at the opening k                                  force/length^2
+double crack_traction(const CrackLaw& c, double k);
+
+// crack_max_width : width beyond which the law snaps back                                  (2.34) length
+double crack_max_width(const MatLaw& law);
 
 // crack_open : opening at zero traction (exponential: below 0.1 % of the strength)                  length
 double crack_open(const CrackLaw& c);

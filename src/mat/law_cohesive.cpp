@@ -249,8 +249,13 @@ double crack_width(const CrackLaw& c, const double* N)
   return hi - lo;
 }
 
-double crack_next_width(const CrackLaw& c, double width, double opening)
+double crack_next_width(const CrackLaw& c, double width, double before, double opening)
 {
+  if (!c.X && c.box[0] > 0.0) {
+    const bool grows = opening > before && opening < crack_open(c),
+               moves = opening < SETTLED * crack_open(c) || std::fabs(c.band - width) > OTHER_WIDTH * width;
+    return c.band > 0.0 && grows && moves ? c.band : width;
+  }
   const double* N = c.across;
   const bool follows = (N[0] != 0.0 || N[1] != 0.0 || N[2] != 0.0) && opening < SETTLED * crack_open(c);
   return follows ? crack_width(c, N) : width;
@@ -260,6 +265,15 @@ double crack_open(const CrackLaw& c)
 {
   static const double openings[] = {2.0, 3.6, 7.0};
   return openings[c.softening] * c.gc / c.strength;
+}
+
+double crack_traction(const CrackLaw& c, double k) { return cohesion(c, k).f; }
+
+double crack_max_width(const MatLaw& law)
+{
+  const double part[] = {2.0, 1.2, 1.0};
+  const CrackLaw& c = law.crack;
+  return part[c.softening] * law.material->young * c.gc / (c.strength * crack_strength(c));
 }
 
 const double* crack_normal(const MatLaw& law, const double* h)
@@ -305,12 +319,13 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   for (int i = 0; i < 3; ++i) h_np1[CRACK_NORMAL + i] = o.N[i];
   h_np1[CRACK_WIDTH]   = o.width;
   h_np1[CRACK_OPENING] = o.k;
-  const double width = crack_next_width(c, o.width, o.k);
+  const double width = crack_next_width(c, o.width, h_n[CRACK_OPENING], o.k);
   if (width != o.width) {                              // the change of energy is dissipated
     Opening next = o;
     h_np1[CRACK_WIDTH] = next.width = width;
     next.beside = (law.lam3 + 2.0 * law.mu) / next.width;
     open(c, o.k, next);
+    h_np1[CRACK_OPENING] = next.k;
     out.dissipated += released_energy(next) - released;
     released = released_energy(next);
   }

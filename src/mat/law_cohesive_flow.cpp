@@ -192,14 +192,15 @@ Vec3 normal_of(const HenckyTrial& t, int axis) { return (t.L * t.n.col(axis)).no
 
 // the width follows the mean normal: updates width and stored energy for the next increment; the change of
 // energy is dissipated
-void follow(const Closed& c, const Opened& o, double* h, LawOutput& out)
+void follow(const Closed& c, const Opened& o, double before, double* h, LawOutput& out)
 {
-  const double width = crack_next_width(c.law.crack, o.width, o.k);
+  const double width = crack_next_width(c.law.crack, o.width, before, o.k);
   if (width == o.width) return;
   Closed next{c.law, o.beside.e, o.beside.equivalent, c.thick, c.axis, width};
   next.e(c.axis) += o.w / c.width;
   const Opened then = open(next, o.k);
-  h[CRACK_WIDTH] = next.width;
+  h[CRACK_WIDTH]   = next.width;
+  h[CRACK_OPENING] = then.k;
   out.dissipated += out.psi - then.stored() - then.beside.dissipated;
   out.psi = then.stored();
 }
@@ -242,7 +243,7 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
     h_np1[CRACK + CRACK_WIDTH]   = o.width;
     h_np1[CRACK + CRACK_OPENING] = o.k;
     out.dissipated += (dissipated_to(crack, o.k) - dissipated_to(crack, k)) / o.width;
-    if (o.w > 0.0) follow(c, o, h_np1 + CRACK, out);
+    if (o.w > 0.0) follow(c, o, k, h_np1 + CRACK, out);
   }
   // 4. tangent
   if (!tangent) return true;

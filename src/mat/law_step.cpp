@@ -290,6 +290,7 @@ bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, c
     std::copy(E0, E0 + 6, start);
     MatLaw before = law;                               // with the width of this increment
     std::fill_n(before.crack.across, 3, 0.0);
+    before.crack.band = 0.0;
     if (!update_total(before, mode.finite, start, h_n, scratch, false, zero)) return false;
     // dissipation as the difference of the history, which the ledger reads
     const bool keeps  = !law_of(law).history.empty();

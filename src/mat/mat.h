@@ -34,8 +34,9 @@ struct CrackLaw {
   double scatter  = 1.0;       // factor of both
   const double* X = nullptr;   // nodes of the element [nodes*dim], relative to the first one
   int nodes = 0, dim = 0;
-  // material point instead: edges of the box that opens, along the axes of space, and its F at t(n) (2.33a)
+  // material point instead: edges of the box that opens, along the axes of space, and its F at t(n) (2.36a)
   double box[3] = {0, 0, 0}, F[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double band = 0.0;           // material point: width of its band by the cells at t(n) (2.36b), 0: it stays
   double across[3] = {0, 0, 0};        // mean normal of the cracks of the element at t(n); 0: widths stay
   CrackTangent tangent = CRACK_TANGENT;      // KernelMode
 };

@@ -193,6 +193,8 @@ struct PointLaws {
   int viscous = -1;            // cohesive bodies: of them, the pressure of the bulk viscosity (6.35)
   ListTable group;             // intact points of one initial cell or element; empty: no law needs groups
   IntVec group_of;             // [npoint] -1: none; empty: no groups
+  // cohesive bodies: [npoint] width of the band of a crack at t(n), 0: not known; empty: no cracks   (2.36b)
+  RealVec band;
   bool in_group(int p) const { return !group_of.empty() && group_of[p] >= 0; }
 };
 
@@ -280,6 +282,11 @@ inline size_t point_history_size(const Points& pts, const Level& l)
 
 // point_crack_law : changes the law of a body with CRITERION_COHESIVE to the cohesive one
 void point_crack_law(const Model& m, const Body& body, MatLaw& law);
+
+// point_bands : PointLaws::band from the cracks at t(n) = l, in the cells of the grid; laid: displacements of
+// the corners when it was reset [ncorner*dim]. Returns the number of points, of all ranks, that have come into
+// cells whose crack is open. Collective                                                             (2.36b)
+int point_bands(const Model& m, const Points& pts, const Level& l, const RealVec& laid, PointLaws& law);
 
 // point_crack : the data of the cohesive crack of point p, at t(n) = l, in the law of its body      (2.36a)
 void point_crack(const Model& m, const Points& pts, const Level& l, int p, CrackTangent tangent, MatLaw& law);

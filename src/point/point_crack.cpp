@@ -1,28 +1,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/comm.h"
 #include "base/weibull.h"
 #include "mat/law.h"
+#include "mat/voigt.h"
+#include "point/grid_cell.h"
 #include "point/point_body.h"
 
 namespace {
-
-// mean normal at t(n) of the cracks of the points of one initial cell, weighted by their openings; 0: none
-void mean_normal(const Points& pts, const MatLaw& law, const Level& l, int p, double* mean)
-{
-  const size_t history = point_history_size(pts, l);
-  std::fill_n(mean, 3, 0.0);
-  int q = p;
-  do {
-    const double *h = history_at(l.hp, history, q), *N = crack_normal(law, h);
-    const double opening = crack_opening(law, h);
-    const double sign = N[0] * mean[0] + N[1] * mean[1] + N[2] * mean[2] < 0.0 ? -1.0 : 1.0;
-    for (int i = 0; i < 3 && opening > 0.0; ++i) mean[i] += sign * opening * N[i];
-    q = pts.next[q];
-  } while (q != p);
-  const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
-  for (int i = 0; i < 3 && length > 0.0; ++i) mean[i] /= length;
-}
 
 // edges of the box that opens as one: a cell of the grid, or the domain where it is larger      (2.36a)
 void find_box(const Model& m, const Points& pts, int p, double* box)
@@ -52,7 +38,276 @@ MatLaw kind_of(const Model& m, const Body& body)
   return law;
 }
 
+// ---- width of the band of a point that reaches into several cells                               (2.36b)
+
+// The width is at most this part of that beyond which the law snaps back: less of a domain in cells that open
+// counts as if it were as much  (test: strength/bar_shift.inp)
+const double MAX_LIMIT = 0.5;
+// A cell opens with those beside it from this part of their strain on  (test: strength/band_points.inp)
+const double OPENS_WITH = 0.3;
+// A cell that holds less than this part of a domain counts less for it  (test: strength/band_points.inp)
+const double SLIVER = 0.1;
+// The strain of a cell is the mean over its points by this power of the part of each in the cell
+// (test: strength/bar_shift.inp)
+const int POWER = 16;
+// A point has come into cells whose crack is open by this part of that of zero traction if its strain is
+// below this part of theirs  (test: strength/bar_shift.inp)
+const double OPENED = 0.5, NEWCOMER = 0.2;
+
+// Cells of the grid that the domain of a point reaches into, and the part of it in each
+struct DomainCells {
+  int n = 0;
+  long key[64];
+  double part[64];
+};
+
+// box of the extents of the domain along the axes, reduced to its volume
+void domain_box(const Model& m, const Points& pts, const RealVec& uc, int p, double* lo, double* hi)
+{
+  double volume = 1.0, mid[3] = {0, 0, 0};
+  for (int i = 0; i < m.dim; ++i) {
+    lo[i] = HUGE_VAL;
+    hi[i] = -HUGE_VAL;
+    for (int a = 0; a < pts.conn.count(p); ++a) {
+      const size_t c = static_cast<size_t>(pts.conn.begin(p)[a]) * m.dim + i;
+      lo[i] = std::min(lo[i], pts.Xc[c] + uc[c]);
+      hi[i] = std::max(hi[i], pts.Xc[c] + uc[c]);
+      mid[i] += pts.w(p)[a] * (pts.Xc[c] + uc[c]);
+    }
+    volume *= hi[i] - lo[i];
+  }
+  const Body& body  = m.body[pts.body[p]];
+  const double mine = std::fabs(point_gradient(pts, m.dim, uc, p).determinant()) * pts.V0[p] /
+                      (m.dim == 2 ? body.thickness : 1.0),
+               scale = volume > mine ? std::pow(mine / volume, 1.0 / m.dim) : 1.0;
+  for (int i = 0; i < m.dim && scale < 1.0; ++i) {
+    const double half = 0.5 * scale * (hi[i] - lo[i]);
+    lo[i] = mid[i] - half;
+    hi[i] = mid[i] + half;
+  }
+}
+
+DomainCells domain_cells(const Model& m, const Points& pts, const RealVec& uc, int p)
+{
+  const double TOUCHES = 1e-6;         // of a cell: what reaches less far into it, rounding among it, is out
+  const Grid& g = m.grid;
+  double lo[3], hi[3];
+  domain_box(m, pts, uc, p, lo, hi);
+  int first[3] = {0, 0, 0}, last[3] = {0, 0, 0}, at[3];
+  for (int i = 0; i < m.dim; ++i) {
+    lo[i] = (lo[i] - g.lo[i]) / g.h[i];
+    hi[i] = (hi[i] - g.lo[i]) / g.h[i];
+    first[i] = std::clamp(static_cast<int>(std::floor(lo[i] + TOUCHES)), 0, g.n[i] - 1);
+    last[i]  = std::clamp(static_cast<int>(std::ceil(hi[i] - TOUCHES)) - 1, first[i], g.n[i] - 1);
+  }
+  DomainCells d;
+  const auto overlap = [&](int i) {
+    return std::max(0.0, std::min(hi[i], at[i] + 1.0) - std::max(lo[i], static_cast<double>(at[i]))) /
+           (hi[i] - lo[i]);
+  };
+  for (at[2] = first[2]; at[2] <= last[2]; ++at[2])
+    for (at[1] = first[1]; at[1] <= last[1]; ++at[1])
+      for (at[0] = first[0]; at[0] <= last[0] && d.n < 64; ++at[0]) {
+        double part = 1.0;
+        for (int i = 0; i < m.dim; ++i) part *= overlap(i);
+        d.key[d.n]    = cell_key(g, m.dim, m.body[pts.body[p]].field, at);
+        d.part[d.n++] = part;
+      }
+  return d;
+}
+
+bool may_crack(const Model& m, const Points& pts, int p) { return m.body[pts.body[p]].fracture >= 0; }
+
+// strain across the crack of point p at t(n), 0: it has none                                      (2.34)
+double crack_strain(const Model& m, const Points& pts, const PointLaws& law, const Level& l, int p)
+{
+  MatLaw of       = law.body[pts.body[p]];
+  const double* h = history_at(l.hp, law.history, p);
+  const double k  = crack_opening(of, h), b = crack_band(of, h);
+  if (k == 0.0) return 0.0;
+  const FractureDef& f = m.fracture[m.body[pts.body[p]].fracture];
+  if (f.weibull > 0.0) of.crack.scatter = l.hp[scatter_at(pts, l.hp, p)];
+  const Eigen::Matrix3d F = point_gradient(pts, m.dim, l.uc, p),
+                        E = 0.5 * (F.transpose() * F - Eigen::Matrix3d::Identity());
+  const Eigen::Map<const Eigen::Vector3d> N(crack_normal(of, h));
+  const double whole     = of.lam * E.trace() + 2.0 * of.mu * N.dot(E * N);
+  const double stiffness = of.lam + 2.0 * of.mu + crack_traction(of.crack, k) / k * b;
+  return std::clamp(whole / stiffness, 0.0, k / b);
+}
+
+// Sums over the points of a cell: weights, those times the strains across the cracks; tensor of the opening,
+// sum of volume x strain x N N, of which the largest axis is the mean normal: 11 22 33 12 23 31
+struct CellSum {
+  long key;
+  double weight, strain, opening[6];
+};
+
+// sums over the points of all ranks, in ascending order of the cells. Collective
+void sum_cells(std::vector<CellSum>& all)
+{
+  comm_allgatherv(all);
+  std::stable_sort(all.begin(), all.end(), [](const CellSum& a, const CellSum& b) { return a.key < b.key; });
+  size_t n = 0;
+  for (const CellSum& c : all) {
+    if (n > 0 && all[n - 1].key == c.key) {
+      all[n - 1].weight += c.weight;
+      all[n - 1].strain += c.strain;
+      for (int i = 0; i < 6; ++i) all[n - 1].opening[i] += c.opening[i];
+    } else {
+      all[n++] = c;
+    }
+  }
+  all.resize(n);
+}
+
+const CellSum* find_cell(const std::vector<CellSum>& all, long key)
+{
+  const auto it = std::lower_bound(all.begin(), all.end(), key,
+                                   [](const CellSum& c, long of) { return c.key < of; });
+  return it != all.end() && it->key == key ? &*it : nullptr;
+}
+
+// adds x N N, N the normal of the crack of point p
+void add_opening(const PointLaws& law, const Points& pts, const Level& l, int p, double x, double* opening)
+{
+  using V = VoigtIndex<3>;
+  const double* N = crack_normal(law.body[pts.body[p]], history_at(l.hp, law.history, p));
+  for (int i = 0; i < 6; ++i) opening[i] += x * N[V::row[i]] * N[V::col[i]];
+}
+
+// Box of the cells of a list, in cells, and a margin; does the first corner of point p lie in it?
+struct CellBox {
+  double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+  CellBox(const Model& m, const std::vector<CellSum>& cells)
+  {
+    const double MARGIN = 5.0;         // more than the size of a domain
+    for (const CellSum& c : cells) {
+      int at[3];
+      cell_of_key(m.grid, m.dim, c.key, at);
+      for (int i = 0; i < m.dim; ++i) {
+        lo[i] = std::min(lo[i], at[i] - MARGIN);
+        hi[i] = std::max(hi[i], at[i] + 1.0 + MARGIN);
+      }
+    }
+  }
+  bool has(const Model& m, const Points& pts, const RealVec& uc, int p) const
+  {
+    const size_t c = static_cast<size_t>(pts.conn.begin(p)[0]) * m.dim;
+    bool inside    = true;
+    for (int i = 0; i < m.dim; ++i) {
+      const double x = (pts.Xc[c + i] + uc[c + i] - m.grid.lo[i]) / m.grid.h[i];
+      inside = inside && x >= lo[i] && x <= hi[i];
+    }
+    return inside;
+  }
+};
+
+// mean strain across the cracks in the cells that cracked points reach into. Collective
+std::vector<CellSum> cell_strains(const Model& m, const Points& pts, const PointLaws& law, const Level& l,
+                                  const RealVec& laid)
+{
+  std::vector<CellSum> cracked, all;
+  RealVec strain(pts.npoint, 0.0);
+  for (int p = 0; p < pts.npoint; ++p) {
+    if (!may_crack(m, pts, p) || !point_counts(m, pts, p)) continue;
+    strain[p] = crack_strain(m, pts, law, l, p);
+    if (strain[p] == 0.0) continue;
+    const DomainCells d = domain_cells(m, pts, laid, p);
+    for (int k = 0; k < d.n; ++k) cracked.push_back({d.key[k], 0.0, 0.0, {}});
+  }
+  sum_cells(cracked);
+  if (cracked.empty()) return cracked;
+  const CellBox box(m, cracked);
+  for (int p = 0; p < pts.npoint; ++p) {
+    if (!point_counts(m, pts, p) || !box.has(m, pts, laid, p)) continue;
+    const DomainCells d = domain_cells(m, pts, laid, p);
+    for (int k = 0; k < d.n; ++k) {
+      if (!find_cell(cracked, d.key[k])) continue;
+      const double weight = pts.V0[p] * std::pow(d.part[k], POWER);
+      all.push_back({d.key[k], weight, weight * strain[p], {}});
+      const double opening = pts.V0[p] * d.part[k] * strain[p];
+      if (opening > 0.0) add_opening(law, pts, l, p, opening, all.back().opening);
+    }
+  }
+  sum_cells(all);
+  return all;
+}
+
+// The cells of a point that open
+struct OpenCells {
+  double part   = 1.0;         // of its domain
+  double strain = 0.0;         // largest
+  double opening[6] = {};      // sum of their tensors
+};
+
+OpenCells open_cells(const Model& m, const Points& pts, const RealVec& laid,
+                     const std::vector<CellSum>& cells, int p)
+{
+  const DomainCells d = domain_cells(m, pts, laid, p);
+  OpenCells open;
+  double strain[64], most = 0.0, sum = 0.0;
+  for (int k = 0; k < d.n; ++k) {
+    const CellSum* c = find_cell(cells, d.key[k]);
+    strain[k] = c && c->weight > 0.0 ? c->strain / c->weight : 0.0;
+    most      = std::max(most, strain[k] * std::min(1.0, d.part[k] / SLIVER));
+  }
+  for (int k = 0; k < d.n && most > 0.0; ++k) {
+    const double share = d.part[k] * std::min(1.0, strain[k] / (OPENS_WITH * most));
+    if (share == 0.0) continue;
+    sum += share;
+    const double* opening = find_cell(cells, d.key[k])->opening;
+    for (int i = 0; i < 6; ++i) open.opening[i] += share * opening[i];
+  }
+  if (most > 0.0) open.part = std::min(1.0, sum);
+  open.strain = most;
+  return open;
+}
+
+// the largest axis of a tensor of openings                                                    [3]
+Eigen::Vector3d mean_axis(const double* A)
+{
+  Eigen::Matrix3d full;
+  full << A[0], A[3], A[5], A[3], A[1], A[4], A[5], A[4], A[2];
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(full).eigenvectors().col(2);
+}
+
+// width of the band of point p, 0: it has no crack, no traction, or is closed; came: counts points that have
+// come into cells whose crack is open
+double band_of(const Model& m, const Points& pts, const PointLaws& law, const Level& l, const RealVec& laid,
+               const std::vector<CellSum>& cells, int p, double& came)
+{
+  MatLaw of      = law.body[pts.body[p]];
+  const double k = crack_opening(of, history_at(l.hp, law.history, p));
+  if (k == 0.0) return 0.0;
+  point_crack(m, pts, l, p, CRACK_TANGENT, of);
+  if (k >= crack_open(of.crack)) return 0.0;
+  const OpenCells open = open_cells(m, pts, laid, cells, p);
+  if (open.strain == 0.0) return 0.0;
+  const double box    = crack_width(of.crack, mean_axis(open.opening).data()), w = box * open.strain,
+               most   = std::max(box, MAX_LIMIT * crack_max_width(of)),
+               strain = crack_strain(m, pts, law, l, p);
+  const bool comes = w > OPENED * crack_open(of.crack) && strain < NEWCOMER * open.part * open.strain;
+  came += comes;
+  return std::min(most, comes ? w / strain : box / open.part);
+}
+
 }  // namespace
+
+int point_bands(const Model& m, const Points& pts, const Level& l, const RealVec& laid, PointLaws& law)
+{
+  law.band.clear();
+  if (std::none_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fracture >= 0; })) return 0;
+  const std::vector<CellSum> cells = cell_strains(m, pts, law, l, laid);
+  if (cells.empty()) return 0;
+  double came = 0.0;
+  law.band.assign(pts.npoint, 0.0);
+  for (int p = 0; p < pts.npoint; ++p)
+    if (may_crack(m, pts, p) && point_counts(m, pts, p))
+      law.band[p] = band_of(m, pts, law, l, laid, cells, p, came);
+  comm_sum(&came, 1);
+  return static_cast<int>(came);
+}
 
 void point_crack(const Model& m, const Points& pts, const Level& l, int p, CrackTangent tangent, MatLaw& law)
 {
@@ -66,7 +321,6 @@ void point_crack(const Model& m, const Points& pts, const Level& l, int p, Crack
   if (f.weibull > 0.0) c.scatter = l.hp[scatter_at(pts, l.hp, p)];
   c.tangent = tangent;
   law.broken = point_open(m, pts, l, p);
-  mean_normal(pts, law, l, p, c.across);
 }
 
 void point_scatter(const Model& m, const Points& pts, RealVec& hp)

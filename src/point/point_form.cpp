@@ -141,8 +141,9 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
 {
   const double c      = pts.eroded(p) ? degr_of_step(l0, l1, mode.mid, pts.parent[p]) : 1.0;
   const HistoryStep h = history_of(law, l0, l1, p);
-  return ip_general<D>(law_now(m, pts, law.body[pts.body[p]], l0, mode.crack, p, c), mode, H0, H1, h.n, h.np1,
-                       Fb, S, C);
+  MatLaw now = law_now(m, pts, law.body[pts.body[p]], l0, mode.crack, p, c);
+  if (!law.band.empty()) now.crack.band = law.band[p];
+  return ip_general<D>(now, mode, H0, H1, h.n, h.np1, Fb, S, C);
 }
 
 // Explicit, cohesive: adds the bulk viscosity of point p, intact or cracking, to the forces re of its
@@ -659,8 +660,7 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
     return;
   }
   double E[6], scale;
-  MatLaw now = law_now(m, pts, law, l, CRACK_TANGENT, p, c);
-  std::fill_n(now.crack.across, 3, 0.0);             // the width of l
+  const MatLaw now = law_now(m, pts, law, l, CRACK_TANGENT, p, c);      // with the width of l
   if (m.dim == 2) general_strain<2>(pts, now, l.uc, p, E, &scale);
   else general_strain<3>(pts, now, l.uc, p, E, &scale);
   ip_general_from(now, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);

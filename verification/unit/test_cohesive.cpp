@@ -158,6 +158,46 @@ TEST(Cohesive, WidthIsThatAlongTheNormal)
   EXPECT_NEAR(b.h[HISTORY_DISSIPATED], 0.01 / (0.3 * n), 1e-9);
 }
 
+// a material point: the width follows the cells that open, at the same strain; the energy-momentum scheme stays
+// exact. Theory (2.36b)
+TEST(Cohesive, WidthOfAPointFollowsItsCells)
+{
+  for (bool flows : {false, true}) {
+    FlowCrack b(PLANE_STRAIN, SOFTENING_LINEAR, 1e3, false);
+    if (!flows) b.law.kind = LAW_COHESIVE;
+    CrackLaw& crack = b.law.crack;
+    crack.X = nullptr;
+    crack.box[0] = crack.box[1] = 0.1;
+    KernelMode mode;
+    mode.finite = false;
+    mode.mid    = true;
+    mode.s_new = mode.s_old = 0.5;
+    const auto stored = [&](const double* E) {
+      LawOutput o;
+      crack.band = 0.0;
+      EXPECT_TRUE(b.at(E, o));
+      return o.psi;
+    };
+    double E0[6] = {0};
+    for (int i = 1; i <= 40; ++i) {
+      const double band = i < 3 ? 0.0 : i < 6 ? 0.15 : i < 12 ? 0.3 : 0.4;
+      double E1[6] = {i == 20 ? -0.01 : 0.003 * i}, h1[MAX_HISTORY] = {0}, S[6];
+      const double psi0 = stored(E0), dissipated = b.h[HISTORY_DISSIPATED];
+      crack.band = band;
+      ASSERT_TRUE(law_step(b.law, mode, E0, E1, b.h, h1, S, nullptr));
+      std::copy(h1, h1 + MAX_HISTORY, b.h);
+      EXPECT_NEAR(S[0] * (E1[0] - E0[0]), stored(E1) - psi0 + b.h[HISTORY_DISSIPATED] - dissipated, 1e-14) << i;
+      const double k = crack_opening(b.law, b.h), width = crack_band(b.law, b.h);
+      if (i > 3 && i != 20 && k < crack_open(crack)) {
+        EXPECT_NEAR(width, band, 1e-15) << i;
+        EXPECT_NEAR(k / width + crack_traction(crack, k) / b.normal_stiffness(), E1[0], 1e-9) << i;
+      }
+      std::copy(E1, E1 + 6, E0);
+    }
+    EXPECT_GE(crack_opening(b.law, b.h), crack_open(crack));
+  }
+}
+
 // a material point: the width of its box along the normal in space
 TEST(Cohesive, WidthOfAPointIsThatOfItsBox)
 {
