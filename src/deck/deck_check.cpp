@@ -567,6 +567,26 @@ void check_reshape(Deck& d, const Model& m, const Body& b)
   if (comm_size() > 1) refuse_it("runs on one rank");
 }
 
+// TRACK of *EIGENFRACTURE: statics in the plane on one rank
+void check_track(Deck& d, const Model& m)
+{
+  for (const FractureDef& f : m.fracture) {
+    if (!f.track) continue;
+    const auto refuse_it = [&](const std::string& why) {
+      fault(d, "EIGENFRACTURE", f.deck_line, "TRACK", "TRACK: " + why + "; leave out TRACK");
+    };
+    if (m.dim != 2) refuse_it("a crack grows from a tip in the plane only");
+    if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.proc == PROC_DYNAMIC; }))
+      refuse_it("in steps with *STATIC only");
+    if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.arc.on; }))
+      refuse_it("not with *STATIC, RIKS, which controls elements that a crack may not enter");
+    if (std::any_of(m.material.begin(), m.material.end(),
+                    [](const Material& a) { return a.breaks && a.law != LAW_SVK; }))
+      refuse_it("a crack along a line requires *ELASTIC alone");
+    if (comm_size() > 1) refuse_it("runs on one rank");
+  }
+}
+
 // friction along a plane of the grid                                                             (6.48)
 void check_grid_friction(Deck& d, const Model& m)
 {
@@ -931,6 +951,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_fragments(d, m);
   check_bodies(d, m);
   check_grid_friction(d, m);
+  check_track(d, m);
   check_damping(d, m, body);
   check_explicit(d, m);
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);

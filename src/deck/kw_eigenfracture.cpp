@@ -58,6 +58,9 @@ void check_words(Card& card, const FractureDef& f)
   if (f.criterion != CRITERION_COHESIVE && card_param(card, "SOFTENING"))
     card_error(card, card_param(card, "SOFTENING")->key,
                "SOFTENING requires CRITERION=COHESIVE");
+  if (f.track && (f.criterion != CRITERION_COHESIVE || card_param(card, "BODY")))
+    card_error(card, card_param(card, "TRACK")->key,
+               "TRACK requires CRITERION=COHESIVE and ELSET: it follows the tips of cracks in elements");
   if (f.criterion != CRITERION_GRIFFITH)
     for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
       if (card_param(card, name))
@@ -116,6 +119,7 @@ void kw_eigenfracture(Card& card, Model& model)
   f.tolerance = card_param_real(card, "TOLERANCE", f.tolerance, from_to(0.0, 1.0));
   f.softening = static_cast<Softening>(
       std::max(0, card_param_word(card, "SOFTENING", "LINEAR|BILINEAR|EXPONENTIAL", SOFTENING_LINEAR)));
+  f.track     = card_param_yes(card, "TRACK", false, false);
   f.seed      = card_param_int(card, "SEED", 1, 0, 2147483647);
   read_order(card, f);
   check_words(card, f);

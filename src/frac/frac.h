@@ -185,6 +185,11 @@ double frac_estimate(const Model& m, const Step& s, const Elements& el, const Fr
 void frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
                 const std::vector<Erosion>& all, Fracture& fr, Level& l, RealVec& released);
 
+// frac_track : TRACK: statics, after a converged increment: moves the tips of cohesive cracks through the
+// elements that have begun to crack, turns them (2.36c), and marks which elements may begin next:  (2.36b)
+// those on the lines from the tips, and none beside a crack. Writes the marks to both levels.
+void frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, State& st);
+
 // frac_when : time of the criterion of each on the line through its values at l0 and l1, which may lie before
 // l0 (7.15); l1 in statics, with FALLBACK, COHESIVE and for elements with sudden release. Collective.
 //   in   fr      before they break, with averages of l0

@@ -193,6 +193,15 @@ double crack_opening(const MatLaw& law, const double* h);
 double crack_band(const MatLaw& law, const double* h);
 const double* crack_normal(const MatLaw& law, const double* h);
 
+// Marks of an integration point that has not begun to crack, in its history h                  (2.36b)
+// crack_line : cracks along a line only; G [3]: sum of the gradients of the shape functions of the nodes on
+//   the side of the unit normal N [3] of the line, not 0
+// crack_shut : does not crack
+// crack_free : cracks as (2.33)
+void crack_line(const MatLaw& law, const double* G, const double* N, double* h);
+void crack_shut(const MatLaw& law, double* h);
+void crack_free(const MatLaw& law, double* h);
+
 // yield_stress : (2.26), at the equivalent plastic strain a; slope: its derivative. yield_work : its integral
 double yield_stress(const Material& m, double a, double* slope);
 double yield_work(const Material& m, double a);

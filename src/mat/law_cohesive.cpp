@@ -9,6 +9,8 @@
 //
 // Compression closes it. N is an axis of strain and stress, so that w minimises the energy
 // psi(Ee) + [t w/2 + dissipated]/b, whose derivative is the stress.
+//
+// A crack along a line has a fixed normal, and opens and slides against one traction             (2.36b)
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -283,7 +285,32 @@ const double* crack_normal(const MatLaw& law, const double* h)
 
 double crack_opening(const MatLaw& law, const double* h) { return crack_normal(law, h)[CRACK_OPENING]; }
 
-double crack_band(const MatLaw& law, const double* h) { return crack_normal(law, h)[CRACK_WIDTH]; }
+double crack_band(const MatLaw& law, const double* h)
+{
+  return std::fabs(crack_normal(law, h)[CRACK_WIDTH]);
+}
+
+namespace {
+
+void set_mark(const MatLaw& law, const Vec3& N, double width, double* h)
+{
+  double* crack = h + law_field(law_of(law), HISTORY_CRACK);
+  std::copy_n(N.data(), 3, crack + CRACK_NORMAL);
+  crack[CRACK_WIDTH] = width;
+}
+
+}  // namespace
+
+void crack_line(const MatLaw& law, const double* G, const double* N, double* h)
+{
+  const Eigen::Map<const Vec3> g(G), across(N);
+  const double size = g.norm(), p = std::max(g.dot(across) / size, LEAST_COSINE);
+  set_mark(law, p / size * g, -1.0 / size, h);
+}
+
+void crack_shut(const MatLaw& law, double* h) { set_mark(law, Vec3::Zero(), -1.0, h); }
+
+void crack_free(const MatLaw& law, double* h) { set_mark(law, Vec3::Zero(), 0.0, h); }
 
 double crack_share(const MatLaw& law, const double* S, const double* h, double* N)
 {
@@ -291,10 +318,91 @@ double crack_share(const MatLaw& law, const double* S, const double* h, double* 
   o.t = largest_stress(law.crack, S, -HUGE_VAL);
   find_normal(law.crack, S, o);
   const double k = crack_opening(law, h), carries = cohesion(law.crack, k).f;
-  if (k > 0.0) o.N = Eigen::Map<const Vec3>(crack_normal(law, h));
+  if (k > 0.0) o.N = Eigen::Map<const Vec3>(crack_normal(law, h)).normalized();
   std::copy_n(o.N.data(), 3, N);
   return carries > 0.0 ? o.N.dot(full_of(S) * o.N) / carries : 0.0;
 }
+
+namespace {
+
+// Crack along a line: E = Ee + sym(w n)/b, S n = p f(k)/k w, k = the largest |w| so far          (2.36b)
+struct LineCrack {
+  Vec3 n, t;                   // normal; traction without the crack
+  double p, beside, slide;     // stiffness of the adjacent material across and along the crack, times 1/b
+  bool closed;                 // pressed: slides only
+  // w for the ratio s = f(k)/k
+  Vec3 jump(double s) const
+  {
+    const double across = n.dot(t);
+    const Vec3 w = (t - across * n) / (slide + p * s);
+    return closed ? w : Vec3(w + across / (beside + p * s) * n);
+  }
+};
+
+// the largest opening of a line that opens or slides farther than k: |w(f(x)/x)| = x
+double grown(const CrackLaw& c, const LineCrack& o, double k)
+{
+  const int MAX_BISECTIONS = 200;
+  const double ROUND = 1e-14;          // of an opening
+  double lo = k, hi = o.t.norm() / o.slide;
+  for (int i = 0; i < MAX_BISECTIONS && hi - lo > ROUND * hi; ++i) {
+    const double x = 0.5 * (lo + hi);
+    (o.jump(cohesion(c, x).f / x).norm() > x ? lo : hi) = x;
+  }
+  return 0.5 * (lo + hi);
+}
+
+// D of the crack from the intact D: -S_i S_j dw_i/dt_j / b, S_i the stress of the strain sym(n e_i)
+void soften_line(const MatLaw& law, const LineCrack& o, const Mat3& flexible, double b, double* D)
+{
+  double S[3][6];
+  for (int i = 0; i < 3; ++i) stress_of(law, o.n, Vec3::Unit(i), S[i]);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      for (int k = 0; k < 36; ++k) D[k] -= flexible(i, j) / b * S[i][k / 6] * S[j][k % 6];
+}
+
+// dw/dt of the crack at w; k0: the largest opening at the start
+Mat3 flexibility(const CrackLaw& c, const LineCrack& o, const Vec3& w, double k0, double k, double s)
+{
+  const Mat3 nn = o.n * o.n.transpose();
+  const bool follows = k > k0 || (c.tangent == CRACK_ONWARD && w.norm() >= (1.0 - OPENING_TOL) * k);
+  Mat3 B = (o.slide + o.p * s) * Mat3::Identity() + (o.beside - o.slide) * nn;
+  if (follows && c.tangent != CRACK_SECANT)
+    B += o.p * (cohesion(c, k).slope - s) / (k * k) * w * w.transpose();
+  const Mat3 along = o.closed ? Mat3(Mat3::Identity() - nn) : Mat3(Mat3::Identity());
+  return along * B.inverse() * along;
+}
+
+bool law_line(const MatLaw& law, const double* h_n, double* h_np1, bool tangent, LawOutput& out)
+{
+  const CrackLaw& c = law.crack;
+  const Vec3 pn = Eigen::Map<const Vec3>(h_n + CRACK_NORMAL);
+  const double b = -h_n[CRACK_WIDTH], k0 = h_n[CRACK_OPENING], part = 1.0 - law.c;
+  LineCrack o;
+  o.p = pn.norm();
+  if (o.p == 0.0) return true;                         // shut
+  o.n = pn / o.p;
+  o.t = full_of(out.S) * o.n;
+  o.beside = (law.lam3 + 2.0 * law.mu) / b;
+  o.slide  = law.mu / b;
+  o.closed = o.n.dot(o.t) <= 0.0;
+  if (k0 == 0.0 && (o.closed || o.t.norm() <= o.p * crack_strength(c))) return true;
+  double k = k0;
+  if (k0 == 0.0 || o.jump(cohesion(c, k0).f / k0).norm() > k0) k = grown(c, o, k0);
+  const double s = cohesion(c, k).f / k;
+  const Vec3 w   = o.jump(s);
+  double R[6];
+  stress_of(law, o.n, w / b, R);
+  for (int i = 0; i < 6; ++i) out.S[i] -= part * R[i];
+  out.dissipated = part * o.p * (dissipated_to(c, k) - dissipated_to(c, k0)) / b;
+  out.psi -= part * 0.5 * o.t.dot(w) / b;
+  h_np1[CRACK_OPENING] = k;
+  if (tangent) soften_line(law, o, part * flexibility(c, o, w, k0, k, s), b, out.D);
+  return true;
+}
+
+}  // namespace
 
 bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                   bool tangent, LawOutput& out)
@@ -302,6 +410,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   const CrackLaw& c = law.crack;
   law_svk(law, finite, E, nullptr, nullptr, tangent, out);
   std::copy_n(h_n, CRACK_OPENING + 1, h_np1);
+  if (h_n[CRACK_WIDTH] < 0.0) return law_line(law, h_n, h_np1, tangent, out);
   Opening o;
   const double limit = h_n[CRACK_WIDTH] == 0.0 ? crack_strength(c) : 0.0;
   o.t = largest_stress(c, out.S, limit);

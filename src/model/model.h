@@ -348,6 +348,7 @@ struct FractureDef {           // *EIGENFRACTURE
   // CRITERION_COHESIVE: tensile strength                                      force/length^2
   double ft = 0.0;
   Softening softening = SOFTENING_LINEAR;
+  bool track = false;          // CRITERION_COHESIVE: a crack grows from its tips only (frac_track)
   std::vector<Member> member;  // divided model: elements of elset on this rank, halo too
   DeckLine deck_line;
 };

@@ -193,11 +193,11 @@ inline void io(Archive& f, Member& x)
 inline void io(Archive& f, FractureDef& x)
 {
   auto& [elset, body, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon,
-         spacing, interval, stiffness, release, average, tolerance, fallback, start, ft, softening, member,
-         deck_line] = x;
+         spacing, interval, stiffness, release, average, tolerance, fallback, start, ft, softening, track,
+         member, deck_line] = x;
   io_fields<FractureDef>(f, elset, body, criterion, estimate, drive, residual, friction, order, gc, weibull,
                          seed, epsilon, spacing, interval, stiffness, release, average, tolerance, fallback,
-                         start, ft, softening, member, deck_line);
+                         start, ft, softening, track, member, deck_line);
 }
 
 inline void io(Archive& f, ConversionDef& x)

@@ -172,10 +172,11 @@ inline void io(Archive& f, Bonds& x)
 inline void io(Archive& f, Fracture& x)
 {
   auto& [phase, broken, normal, time, releasing, converted, released, released_at, left, renewed, next_test,
-         drive, mean, drive_time, neroded, nreleasing, nconverted, nreleased, area, least, most] = x;
+         drive, mean, drive_time, neroded, nreleasing, nconverted, nreleased, area, least, most, tracked, tip,
+         tip_elem] = x;
   io_all(f, of_elems(phase), of_elems(broken), of_elems(normal), of_elems(time), releasing, converted,
          released, released_at, left, renewed, next_test, of_elems(drive), of_elems(mean), drive_time,
-         neroded, nreleasing, nconverted, nreleased, area, least, most);
+         neroded, nreleasing, nconverted, nreleased, area, least, most, of_elems(tracked), tip, tip_elem);
 }
 
 inline void io(Archive& f, Level& x)

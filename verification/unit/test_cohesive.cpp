@@ -270,6 +270,69 @@ TEST(Cohesive, BeginsToOpenWithItsTangent)
   EXPECT_GT(opened, 5);
 }
 
+// a line across a square of 0.1, from the middle of its left face at 30 degrees: the jump of its upper nodes
+TEST(Cohesive, LineOpensAndSlidesAgainstOneTraction)
+{
+  const double angle = std::acos(-1.0) / 6.0, N[3] = {-std::sin(angle), std::cos(angle), 0.0};
+  const double G[3] = {0.0, 1.0 / 0.1, 0.0}, p = std::cos(angle);
+  for (Softening s : softenings) {
+    Crack b(PLANE_STRAIN, s);
+    crack_line(b.law, G, N, b.h);
+    double E[6] = {0};
+    E[1] = 0.999 * p / b.normal_stiffness();
+    b.go(E);
+    EXPECT_NEAR(b.out.S[1], 0.999 * p, 1e-12);         // not a crack yet
+    for (double w : {0.001, 0.004, 0.009, 0.015, 0.05}) {
+      const double t = p * traction(s, w), across = 0.8, along = 0.6;
+      E[1] = across * (t / b.normal_stiffness() + w / 0.1);
+      E[3] = 0.5 * along * (t / b.law.mu + w / 0.1);
+      b.go(E);
+      EXPECT_NEAR(b.out.S[1], across * t, 1e-12) << s << " " << w;
+      EXPECT_NEAR(b.out.S[3], along * t, 1e-12) << s << " " << w;
+      EXPECT_NEAR(crack_opening(b.law, b.h), w, 1e-13);
+    }
+    EXPECT_NEAR(b.h[HISTORY_DISSIPATED], p * 0.01 / 0.1, s == SOFTENING_EXPONENTIAL ? 4.1e-3 : 1e-12);
+    E[1] = -0.3 / b.normal_stiffness();                // pressed
+    b.go(E);
+    EXPECT_NEAR(b.out.S[1], -0.3, 1e-12);
+  }
+  Crack shut(PLANE_STRAIN, SOFTENING_LINEAR);
+  crack_shut(shut.law, shut.h);
+  double E[6] = {0};
+  E[0] = 5.0 / shut.normal_stiffness();
+  shut.go(E);
+  EXPECT_NEAR(shut.out.S[0], 5.0, 1e-12);
+  crack_free(shut.law, shut.h);
+  shut.go(E);
+  EXPECT_LT(shut.out.S[0], 1.0);
+}
+
+TEST(Cohesive, StressAndTangentOfALineAreDerivatives)
+{
+  std::mt19937 gen(8);
+  int opened = 0, closed = 0;
+  for (Softening s : softenings)
+    for (Plane plane : {PLANE_STRAIN, PLANE_STRESS})
+      for (int trial = 0; trial < 60; ++trial) {
+        Crack b(plane, s);
+        const double angle = 0.1 * trial, N[3] = {std::cos(angle), std::sin(angle), 0.0};
+        const double G[3] = {10.0 * std::cos(angle + 0.3), 10.0 * std::sin(angle + 0.3), 0.0};
+        crack_line(b.law, G, N, b.h);
+        double E[6], h1[MAX_HISTORY] = {0};
+        random_strain(gen, 0.03, plane, E);
+        b.go(E);
+        if (crack_opening(b.law, b.h) == 0.0) continue;       // not a crack
+        random_strain(gen, trial % 2 ? 0.05 : 0.02, plane, E);
+        ASSERT_TRUE(b.at(E, b.out, h1));
+        if (crack_opening(b.law, h1) > crack_opening(b.law, b.h)) ++opened;
+        const double* n = crack_normal(b.law, h1);
+        closed += n[0] * n[0] * b.out.S[0] + n[1] * n[1] * b.out.S[1] + 2.0 * n[0] * n[1] * b.out.S[3] < 0.0;
+        compare(b, plane, E, 2e-5, 2e-3);
+      }
+  EXPECT_GT(opened, 50);
+  EXPECT_GT(closed, 20);
+}
+
 // what does not flow is the elastic law
 TEST(CohesiveFlow, WithoutFlowIsCohesive)
 {

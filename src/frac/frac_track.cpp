@@ -1,0 +1,263 @@
+// ---------------------------------------------------------------------------
+// frac_track.cpp : cohesive cracks that grow from their tips along lines               (doc/theory.md 2.5)
+// ---------------------------------------------------------------------------
+#include <algorithm>
+#include <cmath>
+
+#include "frac/frac.h"
+
+namespace {
+
+// Of E Gc/ft^2: radius of the mean stress that gives the direction; length of crack over which its direction
+// follows that of the mean  (test: strength/l_panel_track.inp, strength/l_panel_meshes)
+const double RADIUS_OF_ZONE = 1.0 / 6.0, TURN_OF_ZONE = 0.4;
+// In element sizes: smallest radius; length of the line ahead of a tip, and radius around a crack in which
+// nothing else begins, both at least the radius of the mean  (test: strength/l_panel_track.inp)
+const double MEAN_SIZES = 2.0, REACH_SIZES = 4.0;
+// the weight exp(-d^2/2r^2) of the mean ends here, in radii  (no test)
+const double CUT = 2.5;
+
+// Fracture::tracked
+enum { ON_PATH = 1, BESIDE = 2 };
+
+struct Tracker {
+  const Model& m;
+  const Step& step;
+  const Elements& el;
+  const FracMesh& fm;
+  State& st;
+  Fracture& fr;
+  int ntip() const { return static_cast<int>(fr.tip_elem.size()); }
+  const ShapeInfo& shape(int e) const { return shape_info[elem_table[m.mesh.elem_type[e]].shape]; }
+  const double* centre(int e) const { return &fm.centre[3 * static_cast<size_t>(e)]; }
+  const double* node(int e, int a) const
+  {
+    return &m.mesh.X[3 * static_cast<size_t>(m.mesh.conn.begin(e)[a])];
+  }
+  const ElemBlock& block(int e) const { return el.block[el.initial_block[e]]; }
+};
+
+bool tracks(const Tracker& t, int e) { return t.fm.def[e] >= 0 && t.m.fracture[t.fm.def[e]].track; }
+
+// has the element a crack that opened in this run?
+bool begun(const Tracker& t, int e)
+{
+  return elem_cracked(t.st.n, e) || (t.el.broken(e) >= 0 && t.fr.time[e] > 0.0);
+}
+
+// E Gc/ft^2                                                                                         length
+double zone_length(const Tracker& t, int e)
+{
+  const FractureDef& f = t.m.fracture[t.fm.def[e]];
+  return t.block(e).law.material->young * f.gc / (f.ft * f.ft);
+}
+
+double mean_radius(const Tracker& t, int e)
+{
+  return std::max(RADIUS_OF_ZONE * zone_length(t, e), MEAN_SIZES * t.fm.local[e]);
+}
+
+double reach(const Tracker& t, int e) { return std::max(mean_radius(t, e), REACH_SIZES * t.fm.local[e]); }
+
+// adds weight times the tensile part of the stress in the plane: S 11, 22, 12
+void add_tension(const double* sig, double weight, double* S)
+{
+  const double mid = 0.5 * (sig[0] + sig[1]), r = std::hypot(0.5 * (sig[0] - sig[1]), sig[3]);
+  const double angle = 0.5 * std::atan2(sig[3], 0.5 * (sig[0] - sig[1]));
+  const double c = std::cos(angle), s = std::sin(angle);
+  const double s1 = weight * std::max(mid + r, 0.0), s2 = weight * std::max(mid - r, 0.0);
+  S[0] += s1 * c * c + s2 * s * s;
+  S[1] += s1 * s * s + s2 * c * c;
+  S[2] += (s1 - s2) * c * s;
+}
+
+// angle from d to the line across the largest principal stress of the mean around x, -pi/2 to pi/2  (2.36c)
+double turn_wanted(const Tracker& t, int e, const double* x, const double* d)
+{
+  const double r = mean_radius(t, e), at[3] = {x[0], x[1], 0.0};
+  double S[3] = {0, 0, 0};
+  frac_in_ball(t.fm, at, CUT * r, [&](int o, double) {
+    if (t.el.initial_block[o] < 0 || t.el.broken(o) >= 0 || t.fr.phase[o] != AS_ELEMENT) return;
+    for (int g = 0; g < t.shape(o).ngp; ++g) {
+      IpFields f;
+      elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, o, g, f);
+      const double along = std::hypot(f.X[0] - x[0], f.X[1] - x[1]) / r;
+      if (along < CUT) add_tension(f.sig, f.V0 * std::exp(-0.5 * along * along), S);
+    }
+  });
+  const double line = 0.5 * std::atan2(S[2], 0.5 * (S[0] - S[1])) + 0.5 * M_PI;
+  return std::remainder(line - std::atan2(d[1], d[0]), M_PI);
+}
+
+// where the line from x along d leaves the element, and through which face
+int leave(const Tracker& t, int e, const double* x, const double* d, double* out)
+{
+  const double PARALLEL = 1e-9;        // to a face
+  const ShapeInfo& s = t.shape(e);
+  double nearest = HUGE_VAL;
+  int face = 0;
+  for (int f = 0; f < s.nface; ++f) {
+    const double *a = t.node(e, s.face[f][0]), *b = t.node(e, s.face[f][1]);
+    const double n[2] = {b[1] - a[1], a[0] - b[0]};      // outward, times the length
+    const double along = d[0] * n[0] + d[1] * n[1];
+    if (along <= PARALLEL * std::hypot(n[0], n[1])) continue;
+    const double distance = ((a[0] - x[0]) * n[0] + (a[1] - x[1]) * n[1]) / along;
+    if (distance < nearest) {
+      nearest = distance;
+      face    = f;
+    }
+  }
+  for (int i = 0; i < 2; ++i) out[i] = x[i] + std::max(nearest, 0.0) * d[i];
+  return face;
+}
+
+// moves tip k through the farthest element on its line that has begun, and all before it, which keep the line;
+// the length it moves by
+double advance(Tracker& t, int k)
+{
+  double *tip = &t.fr.tip[4 * static_cast<size_t>(k)], *d = tip + 2, x[2] = {tip[0], tip[1]};
+  double length = 0.0, moved = 0.0;
+  int& ahead = t.fr.tip_elem[k];
+  IntVec passed;
+  const double end = reach(t, ahead);
+  for (int e = ahead; e >= 0 && tracks(t, e) && t.fr.tracked[e] != ON_PATH && length < end;) {
+    double out[2];
+    const int face = leave(t, e, x, d, out);
+    length += std::hypot(out[0] - x[0], out[1] - x[1]);
+    std::copy_n(out, 2, x);
+    passed.push_back(e);
+    const bool opens = begun(t, e);
+    e = t.fm.across[6 * static_cast<size_t>(e) + face];
+    if (!opens) continue;
+    for (int o : passed) t.fr.tracked[o] = ON_PATH;
+    passed.clear();
+    std::copy_n(x, 2, tip);
+    moved = length;
+    ahead = e;
+  }
+  // it meets a crack, or what cannot break
+  if (ahead >= 0 && (t.fr.tracked[ahead] == ON_PATH || !tracks(t, ahead))) ahead = -1;
+  return moved;
+}
+
+// turns tip k, which has moved, towards the direction of the mean
+void turn(Tracker& t, int k, double moved)
+{
+  const int e = t.fr.tip_elem[k];
+  double *x = &t.fr.tip[4 * static_cast<size_t>(k)], *d = x + 2;
+  const double part = std::min(1.0, moved / (TURN_OF_ZONE * zone_length(t, e)));
+  const double angle = std::atan2(d[1], d[0]) + part * turn_wanted(t, e, x, d);
+  d[0] = std::cos(angle);
+  d[1] = std::sin(angle);
+}
+
+void add_tip(Tracker& t, int e, const double* d)
+{
+  double out[2];
+  const int face = leave(t, e, t.centre(e), d, out), ahead = t.fm.across[6 * static_cast<size_t>(e) + face];
+  if (ahead < 0 || !tracks(t, ahead)) return;
+  t.fr.tip.insert(t.fr.tip.end(), {out[0], out[1], d[0], d[1]});
+  t.fr.tip_elem.push_back(ahead);
+}
+
+double largest_opening(const Tracker& t, int e)
+{
+  double largest = 0.0;
+  for (int g = t.el.gauss_of[e]; g < t.el.gauss_of[e + 1] && t.el.broken(e) < 0; ++g)
+    largest = std::max(largest, crack_opening(t.block(e).law, history_at(t.st.n.he, t.el.history, g)));
+  return largest;
+}
+
+// elements that have begun apart from all cracks: the one that is open widest first, which gets two tips
+void find_roots(Tracker& t)
+{
+  std::vector<std::pair<double, int>> all;
+  for (int e = 0; e < t.m.mesh.nelem(); ++e)
+    if (tracks(t, e) && begun(t, e) && !t.fr.tracked[e]) all.push_back({-largest_opening(t, e), e});
+  std::sort(all.begin(), all.end());
+  for (const auto& [opening, e] : all) {
+    const double* x = t.centre(e);
+    bool beside = false;
+    frac_in_ball(t.fm, x, reach(t, e), [&](int o, double) { beside = beside || t.fr.tracked[o]; });
+    t.fr.tracked[e] = beside ? BESIDE : ON_PATH;
+    if (beside) continue;
+    const double axis[2] = {1.0, 0.0}, angle = turn_wanted(t, e, x, axis);
+    for (int side = -1; side <= 1; side += 2) {
+      const double d[2] = {side * std::cos(angle), side * std::sin(angle)};
+      add_tip(t, e, d);
+    }
+  }
+}
+
+// calls mark(history) at the integration points of both levels
+template <class Mark>
+void for_history(Tracker& t, int e, Mark mark)
+{
+  for (int g = 0; g < t.shape(e).ngp; ++g)
+    for (Level* l : {&t.st.n, &t.st.np1}) mark(g, history_at(l->he, t.el.history, t.el.gauss_of[e] + g));
+}
+
+// the line from x along d cuts the nodes of an element into two sides
+void mark_line(Tracker& t, int e, const double* x, const double* d)
+{
+  const ElemBlock& b = t.block(e);
+  const int nen      = t.shape(e).nen;
+  const double N[3]  = {-d[1], d[0], 0.0};
+  for_history(t, e, [&](int g, double* h) {
+    const double* dN = &b.dNdX[(b.gauss(t.el.slot_of[e]) + g) * nen * 2];
+    double G[3] = {0, 0, 0};
+    for (int a = 0; a < nen; ++a) {
+      const double* X = t.node(e, a);
+      if ((X[0] - x[0]) * N[0] + (X[1] - x[1]) * N[1] <= 0.0) continue;
+      for (int i = 0; i < 2; ++i) G[i] += dN[2 * a + i];
+    }
+    const double PARTITION = 1e-9;     // all nodes on one side
+    if (std::hypot(G[0], G[1]) * t.fm.size[e] > PARTITION) crack_line(b.law, G, N, h);
+    else crack_free(b.law, h);
+  });
+}
+
+// elements that may begin in the next increment: on the lines from the tips, and apart from all cracks
+void mark(Tracker& t)
+{
+  const int n = t.m.mesh.nelem();
+  const auto can_begin = [&](int e) {
+    return tracks(t, e) && t.fr.tracked[e] == 0 && t.el.broken(e) < 0 && t.fr.phase[e] == AS_ELEMENT;
+  };
+  std::vector<char> shut(n, 0);
+  for (int e = 0; e < n; ++e)
+    if (t.fr.tracked[e])
+      frac_in_ball(t.fm, t.centre(e), reach(t, e), [&](int o, double) { shut[o] = 1; });
+  for (int e = 0; e < n; ++e) {
+    if (!can_begin(e)) continue;
+    const MatLaw& law = t.block(e).law;
+    for_history(t, e, [&](int, double* h) { shut[e] ? crack_shut(law, h) : crack_free(law, h); });
+  }
+  for (int k = 0; k < t.ntip(); ++k) {
+    const double *tip = &t.fr.tip[4 * static_cast<size_t>(k)], *d = tip + 2;
+    double x[2] = {tip[0], tip[1]}, length = 0.0;
+    for (int e = t.fr.tip_elem[k]; e >= 0 && can_begin(e) && length < reach(t, e);) {
+      double out[2];
+      mark_line(t, e, x, d);
+      const int face = leave(t, e, x, d, out);
+      length += std::hypot(out[0] - x[0], out[1] - x[1]);
+      std::copy_n(out, 2, x);
+      e = t.fm.across[6 * static_cast<size_t>(e) + face];
+    }
+  }
+}
+
+}  // namespace
+
+void frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, State& st)
+{
+  Tracker t{m, s, el, fm, st, st.frac};
+  if (t.fr.tracked.empty()) t.fr.tracked.assign(m.mesh.nelem(), 0);
+  for (int k = 0; k < t.ntip(); ++k) {
+    if (t.fr.tip_elem[k] < 0) continue;
+    const double moved = advance(t, k);
+    if (moved > 0.0 && t.fr.tip_elem[k] >= 0) turn(t, k, moved);
+  }
+  find_roots(t);
+  mark(t);
+}
