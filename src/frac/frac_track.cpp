@@ -111,7 +111,7 @@ int leave(const Tracker& t, int e, const double* x, const double* d, double* out
   return face;
 }
 
-// moves tip k through the farthest element on its line that has begun, and all before it, which keep the line;
+// moves tip k through the last element on its line that has begun, and all before it, which keep the line;
 // the length it moves by
 double advance(Tracker& t, int k)
 {

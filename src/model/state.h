@@ -187,7 +187,7 @@ struct Fracture {              // empty arrays: no fracture, no conversion
   double area = 0.0;           // crack area: sum of V/h over broken elements    length x thickness
   // smallest and largest coordinates of centres of points whose cohesive crack has opened
   double least[3] = {1e300, 1e300, 1e300}, most[3] = {-1e300, -1e300, -1e300};
-  // TRACK: [nelem] has a crack, from an earlier increment: 1: on the line of a tip, 2: beside; empty: none yet
+  // TRACK: [nelem] has a crack from an earlier increment: 1: on the line of a tip, 2: beside; empty: none
   IntVec tracked;
   RealVec tip;                 // [ntip*4] tips of cracks: position and unit direction of growth
   IntVec tip_elem;             // [ntip] element ahead of the tip, -1: the tip has stopped
