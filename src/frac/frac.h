@@ -186,7 +186,7 @@ void frac_erode(const Model& m, const Step& s, const Elements& el, const FracMes
                 const std::vector<Erosion>& all, Fracture& fr, Level& l, RealVec& released);
 
 // frac_track : TRACK: statics, after a converged increment: moves the tips of cohesive cracks through the
-// elements that have begun to crack, turns them (2.36c), and marks which elements may begin next:  (2.36b)
+// elements that have begun to crack, turns them (2.36d), and marks which elements may begin next:  (2.36c)
 // those on the lines from the tips, and none beside a crack. Writes the marks to both levels.
 void frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, State& st);
 

@@ -71,7 +71,7 @@ void add_tension(const double* sig, double weight, double* S)
   S[2] += (s1 - s2) * c * s;
 }
 
-// angle from d to the line across the largest principal stress of the mean around x, -pi/2 to pi/2  (2.36c)
+// angle from d to the line across the largest principal stress of the mean around x, -pi/2 to pi/2  (2.36d)
 double turn_wanted(const Tracker& t, int e, const double* x, const double* d)
 {
   const double r = mean_radius(t, e), at[3] = {x[0], x[1], 0.0};

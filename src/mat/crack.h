@@ -9,7 +9,7 @@
 #include "mat/law.h"
 
 // history of a crack: normal at the end of the last increment; band width, 0: not cracked; largest opening.
-// Crack along a line (2.36b): minus the width, and the normal has the length p; shut: the normal is 0
+// Crack along a line (2.36c): minus the width, and the normal has the length p; shut: the normal is 0
 enum { CRACK_NORMAL = 0, CRACK_WIDTH = 3, CRACK_OPENING = 4 };
 
 // relative to the largest opening: tolerance of Newton's method  (test: strength/snap.inp)
@@ -22,7 +22,7 @@ const double SETTLED = 0.2;
 // open; smaller ones those of the normal  (test: strength/band_points.inp)
 const double OTHER_WIDTH = 0.1;
 
-// smallest p of a crack along a line: its element is cut at a corner                             (2.36b)
+// smallest p of a crack along a line: its element is cut at a corner                             (2.36c)
 // (no test)
 const double LEAST_COSINE = 0.3;
 

@@ -193,7 +193,7 @@ double crack_opening(const MatLaw& law, const double* h);
 double crack_band(const MatLaw& law, const double* h);
 const double* crack_normal(const MatLaw& law, const double* h);
 
-// Marks of an integration point that has not begun to crack, in its history h                  (2.36b)
+// Marks of an integration point that has not begun to crack, in its history h                  (2.36c)
 // crack_line : cracks along a line only; G [3]: sum of the gradients of the shape functions of the nodes on
 //   the side of the unit normal N [3] of the line, not 0
 // crack_shut : does not crack

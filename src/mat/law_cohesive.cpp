@@ -10,7 +10,7 @@
 // Compression closes it. N is an axis of strain and stress, so that w minimises the energy
 // psi(Ee) + [t w/2 + dissipated]/b, whose derivative is the stress.
 //
-// A crack along a line has a fixed normal, and opens and slides against one traction             (2.36b)
+// A crack along a line has a fixed normal, and opens and slides against one traction             (2.36c)
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -325,7 +325,7 @@ double crack_share(const MatLaw& law, const double* S, const double* h, double* 
 
 namespace {
 
-// Crack along a line: E = Ee + sym(w n)/b, S n = p f(k)/k w, k = the largest |w| so far          (2.36b)
+// Crack along a line: E = Ee + sym(w n)/b, S n = p f(k)/k w, k = the largest |w| so far          (2.36c)
 struct LineCrack {
   Vec3 n, t;                   // normal; traction without the crack
   double p, beside, slide;     // stiffness of the adjacent material across and along the crack, times 1/b
