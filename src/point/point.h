@@ -284,8 +284,8 @@ inline size_t point_history_size(const Points& pts, const Level& l)
 void point_crack_law(const Model& m, const Body& body, MatLaw& law);
 
 // point_bands : PointLaws::band from the cracks at t(n) = l, in the cells of the grid; laid: displacements of
-// the corners when it was reset [ncorner*dim]. Returns the number of points, of all ranks, that have come into
-// cells whose crack is open. Collective                                                             (2.36b)
+// the corners when it was reset [ncorner*dim]. Returns the number of points, of all ranks, that have come
+// into cells whose crack is open. Collective                                                        (2.36b)
 int point_bands(const Model& m, const Points& pts, const Level& l, const RealVec& laid, PointLaws& law);
 
 // point_crack : the data of the cohesive crack of point p, at t(n) = l, in the law of its body      (2.36a)

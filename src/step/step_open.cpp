@@ -437,9 +437,9 @@ void open_bands(Problem& p)
   const State& st = p.st;
   const int came  = point_bands(p.m, st.points, st.n, st.laid.uc, p.d.point_law);
   if (came == 0 || !p.warned.insert("points came into open cells").second) return;
-  log_warn("time %.8g: %d material points begin to crack in grid cells whose crack is open: their body moves "
-           "through the grid while it cracks, and dissipates 0.8 to 1.3 times the toughness; use elements, or "
-           "larger cells, for a crack that needs a number",
+  log_warn("time %.8g: %d material points begin to crack in grid cells whose crack is open: their body "
+           "moves through the grid while it cracks, and dissipates 0.8 to 1.3 times the toughness; use "
+           "elements for a crack that needs a number",
            st.n.time, came);
 }
 
