@@ -178,106 +178,131 @@ const double OPPOSED = -0.2;
 // (test: contact/g5_debris)
 const double OPPOSED_ALONE = 0.5;
 
-// Present position of a face, and the cylinder about its centre outside of which no point meets it: half of
-// its diameter plus the margin beside its rim (contact_meet). A point one face size above the face is off by
-// 0.03 of its size if the normal is off by 0.03. Faces with more warp get no cylinder.
+// Relative to the size of a face: bounds of a face are wider by this much, for round-off, corners a little
+// outside of the edges and the 1 % beside the rim at which a point is in contact (contact_meet): too small a
+// value loses contacts, a larger one costs time only  (test: contact/g2_stack.inp)
+const double BOUND_TOL = 0.03;
+// tangent of the angle between normals of a face above which it has no bounds: time only  (no test)
+const double MAX_TILT = 0.5;
+// a point below a face meets it if it is beside it by at most this part of its depth (contact_meet)
+const double BESIDE = 0.25;
+
+// Present position of a face, and bounds of the points that meet it (contact_meet): heights over the plane
+// through its centre, and planes through its edges (in the plane: its ends). None with nodes between corners
 struct FaceNow {
   MasterFace f;                // n = 0: not computed yet
   double x[3], n[3];           // centre, unit normal
-  double radius2 = 0.0;        // squared, of the cylinder; warped: 1e300
-  // flat convex faces in space: edges, outward unit normal of each in the plane of the face, and its position
+  bool bounded = false;
+  double warp = 0.0;           // largest height of the face itself
+  double tilt = 0.0;           // tangent of the largest angle between n and its normals
+  // convex faces: edges, outward unit normal of each in the plane of n, and its position
   int edges = 0;
   double out[4][3], at[4];
 };
 
-// Relative to the size of a face: a point that meets the face lies beside an edge by at most this much, and a
-// point above the face by more than HEIGHT_TOL by at most the second value. The first is a quarter of the
-// largest depth and the rim (contact_meet), the second the rim and a normal that is off by 0.03: too small
-// values lose contacts, larger ones cost time only  (test: contact/g2_stack.inp)
-const double BESIDE_TOL = 0.16, BESIDE_ABOVE = 0.06;
+void cross(const double* a, const double* b, double* c)
+{
+  for (int i = 0; i < 3; ++i) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
 
-// planes through the edges of a face that is flat; a corner outside of one of them: none
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// planes through the edges, or the ends; a corner outside of one of them: none
 void take_edges(FaceNow& a)
 {
   const int n = a.f.n;
   for (int k = 0; k < n; ++k) {
     const double *p = a.f.x + 3 * k, *q = a.f.x + 3 * ((k + 1) % n);
-    double t[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, *o = a.out[k], sum = 0.0;
-    const double length = std::hypot(t[0], t[1], t[2]);
-    for (int i = 0; i < 3; ++i) {
-      o[i] = (t[(i + 1) % 3] * a.n[(i + 2) % 3] - t[(i + 2) % 3] * a.n[(i + 1) % 3]) / length;
-      sum += o[i] * (a.x[i] - p[i]);
-    }
-    const double norm = std::copysign(std::hypot(o[0], o[1], o[2]), -sum);
-    a.at[k] = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      o[i] /= norm;
-      a.at[k] += o[i] * p[i];
-    }
-    for (int c = 0; c < n; ++c) {
-      const double* x = a.f.x + 3 * c;
-      if (!(o[0] * x[0] + o[1] * x[1] + o[2] * x[2] - a.at[k] <= 0.01 * a.f.size)) return;
-    }
+    const double t[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]},
+                 r[3] = {a.x[0] - p[0], a.x[1] - p[1], a.x[2] - p[2]};
+    double* o = a.out[k];
+    if (n == 2) std::copy_n(t, 3, o);
+    else cross(t, a.n, o);
+    const double norm = std::copysign(std::sqrt(dot(o, o)), -dot(o, r));
+    for (int i = 0; i < 3; ++i) o[i] /= norm;
+    a.at[k] = dot(o, p);
+    for (int c = 0; c < n; ++c)
+      if (!(dot(o, a.f.x + 3 * c) - a.at[k] <= 0.01 * a.f.size)) return;
   }
   a.edges = n;
 }
 
-void take_cylinder(FaceNow& a)
+// x = m + a xi + b eta + h xi eta: the corners are n.h above and below the plane, and the normal is
+// a x b + xi a x h + eta h x b; both are largest at corners
+void take_bounds(FaceNow& a)
 {
-  double radius = 0.0, warp = 0.0, shortest = a.f.size;
-  for (int k = 0; k < a.f.n; ++k) {
-    const double *p = a.f.x + 3 * k, *q = a.f.x + 3 * ((k + 1) % a.f.n);
-    const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
-    radius   = std::max(radius, std::hypot(r[0], r[1], r[2]));
-    warp     = std::max(warp, std::fabs(r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2]));
-    shortest = std::min(shortest, std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]));
+  if (a.f.all > a.f.n) return;
+  if (a.f.n == 4) {
+    const double* x = a.f.x;
+    double p[3], q[3], h[3], c[3], sum[3], difference[3];
+    for (int i = 0; i < 3; ++i) {
+      p[i] = 0.25 * (x[3 + i] + x[6 + i] - x[i] - x[9 + i]);
+      q[i] = 0.25 * (x[6 + i] + x[9 + i] - x[i] - x[3 + i]);
+      h[i] = 0.25 * (x[i] + x[6 + i] - x[3 + i] - x[9 + i]);
+      sum[i] = p[i] + q[i];
+      difference[i] = p[i] - q[i];
+    }
+    a.warp = std::fabs(dot(a.n, h));
+    cross(p, q, c);
+    double least = dot(c, a.n);
+    cross(p, h, c);
+    least -= std::fabs(dot(c, a.n));
+    cross(h, q, c);
+    least -= std::fabs(dot(c, a.n));
+    a.tilt = 1.01 * a.warp * std::sqrt(std::max(dot(sum, sum), dot(difference, difference)));
+    if (!(a.tilt < MAX_TILT * least)) return;
+    a.tilt /= least;
   }
-  radius += BESIDE_TOL * a.f.size;
-  a.radius2 = warp < 0.01 * shortest ? radius * radius : 1e300;
-  if (a.radius2 < 1e300 && a.f.n > 2) take_edges(a);
+  a.bounded = true;
+  take_edges(a);
 }
 
-// Relative to the size of a face with a cylinder: largest difference between the height over its centre and
-// the gap; too small a value loses contacts, a larger one costs time only  (test: contact/g2_stack.inp)
-const double HEIGHT_TOL = 0.06;
+// Bounds of the points that meet face a: heights, and distance outside of an edge for a point between heights
+// low and high. Gap g of a point at height h: |g| (cos - BESIDE sin) <= |h| + warp
+struct Bounds {
+  double highest, lowest, beside;
+  //   in   gap   |gap| to a face that the point lies over: no face whose gap is larger is of interest
+  Bounds(const FaceNow& a, double reach, double gap, double low, double high)
+  {
+    const double tol = BOUND_TOL * a.f.size, deepest = std::min(CONTACT_DEEPEST * a.f.size, gap);
+    highest = a.warp + std::min(reach, gap) + tol;
+    lowest  = -a.warp - (1.0 + BESIDE * a.tilt) * deepest - tol;
+    const double most = std::max(reach, CONTACT_DEEPEST * a.f.size),
+                 part = 1.0 - 0.5 * a.tilt * a.tilt - BESIDE * a.tilt,
+                 g    = std::min(most, (std::max(high, -low) + a.warp + tol) / part);
+    beside = tol + g * a.tilt + (low <= a.warp + tol ? BESIDE * g : 0.0);
+  }
+};
 
-// is p further than reach from face a, or beside it?
-//   in   gap   |gap| to a face that p lies over: no face whose gap is larger is of interest
+// is p out of the bounds of face a?
 bool out_of_range(const FaceNow& a, const double* p, double reach, double gap)
 {
+  if (!a.bounded) return false;
   const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
-  const double height = r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2], margin = HEIGHT_TOL * a.f.size;
-  if (a.radius2 < 1e300 && (height > std::min(reach, gap) + margin ||
-                            height < -std::min(CONTACT_DEEPEST * a.f.size, gap) - margin))
-    return true;
-  if (r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - height * height > a.radius2) return true;
-  const double most = (height > margin ? BESIDE_ABOVE : BESIDE_TOL) * a.f.size;
+  const double height = dot(r, a.n);
+  const Bounds b(a, reach, gap, height, height);
+  if (height > b.highest || height < b.lowest) return true;
   for (int k = 0; k < a.edges; ++k)
-    if (a.out[k][0] * p[0] + a.out[k][1] * p[1] + a.out[k][2] * p[2] - a.at[k] > most) return true;
+    if (dot(a.out[k], p) - a.at[k] > b.beside) return true;
   return false;
 }
 
-// are all points of face b out of range of face a? They lie between its corners
+// are all points of face b out of the bounds of face a? They lie between its corners
 bool all_out_of_range(const FaceNow& a, const MasterFace& b, double reach)
 {
-  if (a.radius2 == 1e300 || b.all > b.n) return false;
+  if (!a.bounded || b.all > b.n) return false;
   double low = 1e300, high = -1e300;
   for (int c = 0; c < b.n; ++c) {
-    const double *x = b.x + 3 * c,
-                 h  = (x[0] - a.x[0]) * a.n[0] + (x[1] - a.x[1]) * a.n[1] + (x[2] - a.x[2]) * a.n[2];
+    const double *x = b.x + 3 * c, r[3] = {x[0] - a.x[0], x[1] - a.x[1], x[2] - a.x[2]}, h = dot(r, a.n);
     low  = std::min(low, h);
     high = std::max(high, h);
   }
-  const double margin = HEIGHT_TOL * a.f.size;
-  if (low > reach + margin || high < -CONTACT_DEEPEST * a.f.size - margin) return true;
-  const double most = (low > margin ? BESIDE_ABOVE : BESIDE_TOL) * a.f.size;
+  const Bounds bounds(a, reach, 1e300, low, high);
+  if (low > bounds.highest || high < bounds.lowest) return true;
   for (int k = 0; k < a.edges; ++k) {
     double least = 1e300;
-    for (int c = 0; c < b.n; ++c) {
-      const double *x = b.x + 3 * c, *o = a.out[k];
-      least = std::min(least, o[0] * x[0] + o[1] * x[1] + o[2] * x[2] - a.at[k]);
-    }
-    if (least > most) return true;
+    for (int c = 0; c < b.n; ++c) least = std::min(least, dot(a.out[k], b.x + 3 * c) - a.at[k]);
+    if (least > bounds.beside) return true;
   }
   return false;
 }
@@ -301,7 +326,7 @@ const FaceNow& face_now(GeneralSearch& g, int i)
   a.f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc);
   a.f.skin = i;
   face_middle(a.f, a.x, a.n);
-  take_cylinder(a);
+  take_bounds(a);
   return a;
 }
 
