@@ -60,6 +60,7 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
     if (!bonds.counts(b)) continue;
     const double *s = &l.slip[b * dim], *lam = &l.lambda[b * dim];
     double ss = 0.0;
+    if (s[0] == CONTACT_OPEN) continue;
     if (bonds.side[b] == SIDE_CONTACT) {                        // contact                 (4.14)
       const double shift = l.lambda_n[b] < 0.0 ? l.lambda_n[b] / bonds.cn[b] : 0.0,
                    g = std::min(s[0] + shift, 0.0);
