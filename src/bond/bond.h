@@ -11,6 +11,9 @@
 // Contact: contact_alpha M/h.
 extern const double bond_alpha, contact_alpha;
 
+// gap of a contact point without a face, whose force and multipliers are zero, as stored in Level::slip
+constexpr double CONTACT_OPEN = 1e300;
+
 // surface_stiffness : largest mat_stiffness of the material at the faces of a surface on this rank
 double surface_stiffness(const Model& m, const Surface& s);
 

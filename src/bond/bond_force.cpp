@@ -3,20 +3,34 @@
 
 #include "bond/bond.h"
 
+namespace {
+
+// sums of positions x [nnode + ncorner][D] over side A
+template <int D>
+void add_places(const Bonds& bonds, const double* x, double* xb)
+{
+  for (int b = 0; b < bonds.nbond; ++b, xb += D) {
+    double sum[D] = {};
+    for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k)
+      for (int i = 0; i < D; ++i) sum[i] += bonds.a_w[k] * x[bonds.a.item[k] * D + i];
+    std::copy_n(sum, D, xb);
+  }
+}
+
+}  // namespace
+
 void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                  RealVec& xb)
 {
   const int dim = m.dim, nnode = m.mesh.nnode();
-  xb.assign(static_cast<size_t>(bonds.nbond) * dim, 0.0);
-  for (int b = 0; b < bonds.nbond; ++b)
-    for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) {
-      const int kin = bonds.a.item[k];
-      for (int i = 0; i < dim; ++i) {
-        const int dof  = (kin - nnode) * dim + i;
-        const double x = kin < nnode ? m.mesh.X[3 * kin + i] + u[kin * dim + i] : pts.Xc[dof] + uc[dof];
-        xb[b * dim + i] += bonds.a_w[k] * x;
-      }
-    }
+  RealVec x(static_cast<size_t>(nnode + pts.ncorner) * dim);
+  for (int n = 0; n < nnode; ++n)
+    for (int i = 0; i < dim; ++i) x[n * dim + i] = m.mesh.X[3 * n + i] + u[n * dim + i];
+  double* corner = x.data() + static_cast<size_t>(nnode) * dim;
+  for (int k = 0; k < pts.ncorner * dim; ++k) corner[k] = pts.Xc[k] + uc[k];
+  xb.resize(static_cast<size_t>(bonds.nbond) * dim);
+  if (dim == 2) add_places<2>(bonds, x.data(), xb.data());
+  else add_places<3>(bonds, x.data(), xb.data());
 }
 
 void bond_stiffness(const Bonds& bonds, int dim, int b, double* C)
@@ -60,6 +74,7 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
     if (!bonds.counts(b)) continue;
     const double *s = &l.slip[b * dim], *lam = &l.lambda[b * dim];
     double ss = 0.0;
+    if (s[0] == CONTACT_OPEN) continue;
     if (bonds.side[b] == SIDE_CONTACT) {                        // contact                 (4.14)
       const double shift = l.lambda_n[b] < 0.0 ? l.lambda_n[b] / bonds.cn[b] : 0.0,
                    g = std::min(s[0] + shift, 0.0);

@@ -531,8 +531,8 @@ size_t find_id(const std::vector<std::pair<FaceId, int>>& list, const FaceId& id
   return std::lower_bound(list.begin(), list.end(), id, before) - list.begin();
 }
 
-// earlier state of bond q, null: new bond; first: the first bond of its face
-const KeptBond* bond_before(const KeptBonds& kept, const Bonds& b, int q, int first)
+// earlier state of bond q, or of the first point of a face of general contact; null: new
+const KeptBond* bond_before(const KeptBonds& kept, const Bonds& b, int q)
 {
   if (b.contact.skin_of[q] < 0) {
     const auto it = kept.bond.find(slip_key(b, q));
@@ -541,7 +541,7 @@ const KeptBond* bond_before(const KeptBonds& kept, const Bonds& b, int q, int fi
   const FaceId id = face_id(b.contact.skin[b.contact.skin_of[q]], true);
   const size_t at = find_id(kept.face, id);
   if (at == kept.face.size() || kept.face[at].first != id) return nullptr;
-  return &kept.point[kept.face[at].second + q - first];
+  return &kept.point[kept.face[at].second];
 }
 
 // sets the state of the bonds from nfixed on: their earlier state, or zero. Returns the new contact points
@@ -560,9 +560,13 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   for (size_t i = 0; i < c.skin.size(); ++i) skin.emplace_back(face_id(c.skin[i], false), i);
   std::sort(skin.begin(), skin.end());
   int first = b.nfixed;
+  const KeptBond* before = nullptr;
   for (int q = b.nfixed; q < b.nbond; ++q) {
-    if (c.skin_of[q] != c.skin_of[first]) first = q;
-    const KeptBond* k = bond_before(kept, b, q, first);
+    if (q == b.nfixed || c.skin_of[q] < 0 || c.skin_of[q] != c.skin_of[first]) {
+      first  = q;
+      before = bond_before(kept, b, q);
+    }
+    const KeptBond* k = before ? before + (q - first) : nullptr;
     if (!k) {
       if (b.side[q] == SIDE_CONTACT) fresh.push_back(q);
       continue;

@@ -3,6 +3,7 @@
 
 #include "base/box_tree.h"
 #include "base/comm.h"
+#include "bond/bond.h"
 #include "contact/contact.h"
 #include "contact/contact_masters.h"
 #include "contact/contact_scene.h"
@@ -178,109 +179,137 @@ const double OPPOSED = -0.2;
 // (test: contact/g5_debris)
 const double OPPOSED_ALONE = 0.5;
 
-// Present position of a face, and the cylinder about its centre outside of which no point meets it: half of
-// its diameter plus the margin beside its rim (contact_meet). A point one face size above the face is off by
-// 0.03 of its size if the normal is off by 0.03. Faces with more warp get no cylinder.
+// Relative to the size of a face: bounds of a face are wider by this much, for round-off, corners a little
+// outside of the edges and the 1 % beside the rim at which a point is in contact (contact_meet): too small a
+// value loses contacts, a larger one costs time only  (test: contact/g2_stack.inp)
+const double BOUND_TOL = 0.03;
+// tangent of the angle between normals of a face above which it has no bounds: time only  (no test)
+const double MAX_TILT = 0.5;
+// a point below a face meets it if it is beside it by at most this part of its depth (contact_meet)
+const double BESIDE = 0.25;
+
+// Present position of a face, and bounds of the points that meet it (contact_meet): heights over the plane
+// through its centre, and planes through its edges (in the plane: its ends). None with nodes between corners
 struct FaceNow {
   MasterFace f;                // n = 0: not computed yet
   double x[3], n[3];           // centre, unit normal
-  double radius2 = 0.0;        // squared, of the cylinder; warped: 1e300
-  // flat convex faces in space: edges, outward unit normal of each in the plane of the face, and its position
-  int edges = 0;
-  double out[4][3], at[4];
+  double warp = 1e300;         // largest height of the face itself; 1e300: no bounds
+  double tilt = 0.0;           // tangent of the largest angle between n and its normals
+  // convex faces: outward unit normal of each edge in the plane of n, and its position
+  double out[4][3] = {}, at[4] = {1e300, 1e300, 1e300, 1e300};
 };
 
-// Relative to the size of a face: a point that meets the face lies beside an edge by at most this much, and a
-// point above the face by more than HEIGHT_TOL by at most the second value. The first is a quarter of the
-// largest depth and the rim (contact_meet), the second the rim and a normal that is off by 0.03: too small
-// values lose contacts, larger ones cost time only  (test: contact/g2_stack.inp)
-const double BESIDE_TOL = 0.16, BESIDE_ABOVE = 0.06;
+void cross(const double* a, const double* b, double* c)
+{
+  for (int i = 0; i < 3; ++i) c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
 
-// planes through the edges of a face that is flat; a corner outside of one of them: none
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// planes through the edges, or the ends; a corner outside of one of them: none
 void take_edges(FaceNow& a)
 {
   const int n = a.f.n;
+  double out[4][3], at[4];
   for (int k = 0; k < n; ++k) {
     const double *p = a.f.x + 3 * k, *q = a.f.x + 3 * ((k + 1) % n);
-    double t[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, *o = a.out[k], sum = 0.0;
-    const double length = std::hypot(t[0], t[1], t[2]);
-    for (int i = 0; i < 3; ++i) {
-      o[i] = (t[(i + 1) % 3] * a.n[(i + 2) % 3] - t[(i + 2) % 3] * a.n[(i + 1) % 3]) / length;
-      sum += o[i] * (a.x[i] - p[i]);
-    }
-    const double norm = std::copysign(std::hypot(o[0], o[1], o[2]), -sum);
-    a.at[k] = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      o[i] /= norm;
-      a.at[k] += o[i] * p[i];
-    }
-    for (int c = 0; c < n; ++c) {
-      const double* x = a.f.x + 3 * c;
-      if (!(o[0] * x[0] + o[1] * x[1] + o[2] * x[2] - a.at[k] <= 0.01 * a.f.size)) return;
-    }
+    const double t[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]},
+                 r[3] = {a.x[0] - p[0], a.x[1] - p[1], a.x[2] - p[2]};
+    double* o = out[k];
+    if (n == 2) std::copy_n(t, 3, o);
+    else cross(t, a.n, o);
+    const double norm = std::copysign(std::sqrt(dot(o, o)), -dot(o, r));
+    for (int i = 0; i < 3; ++i) o[i] /= norm;
+    at[k] = dot(o, p);
+    for (int c = 0; c < n; ++c)
+      if (!(dot(o, a.f.x + 3 * c) - at[k] <= 0.01 * a.f.size)) return;
   }
-  a.edges = n;
+  std::copy_n(out[0], 3 * n, a.out[0]);
+  std::copy_n(at, n, a.at);
 }
 
-void take_cylinder(FaceNow& a)
+// x = m + a xi + b eta + h xi eta: the corners are n.h above and below the plane, and the normal is
+// a x b + xi a x h + eta h x b; both are largest at corners
+void take_bounds(FaceNow& a)
 {
-  double radius = 0.0, warp = 0.0, shortest = a.f.size;
-  for (int k = 0; k < a.f.n; ++k) {
-    const double *p = a.f.x + 3 * k, *q = a.f.x + 3 * ((k + 1) % a.f.n);
-    const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
-    radius   = std::max(radius, std::hypot(r[0], r[1], r[2]));
-    warp     = std::max(warp, std::fabs(r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2]));
-    shortest = std::min(shortest, std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]));
+  if (a.f.all > a.f.n) return;
+  double warp = 0.0;
+  if (a.f.n == 4) {
+    const double* x = a.f.x;
+    double p[3], q[3], h[3], c[3], sum[3], difference[3];
+    for (int i = 0; i < 3; ++i) {
+      p[i] = 0.25 * (x[3 + i] + x[6 + i] - x[i] - x[9 + i]);
+      q[i] = 0.25 * (x[6 + i] + x[9 + i] - x[i] - x[3 + i]);
+      h[i] = 0.25 * (x[i] + x[6 + i] - x[3 + i] - x[9 + i]);
+      sum[i] = p[i] + q[i];
+      difference[i] = p[i] - q[i];
+    }
+    warp = std::fabs(dot(a.n, h));
+    cross(p, q, c);
+    double least = dot(c, a.n);
+    cross(p, h, c);
+    least -= std::fabs(dot(c, a.n));
+    cross(h, q, c);
+    least -= std::fabs(dot(c, a.n));
+    const double tilt = 1.01 * warp * std::sqrt(std::max(dot(sum, sum), dot(difference, difference)));
+    if (!(tilt < MAX_TILT * least)) return;
+    a.tilt = tilt / least;
   }
-  radius += BESIDE_TOL * a.f.size;
-  a.radius2 = warp < 0.01 * shortest ? radius * radius : 1e300;
-  if (a.radius2 < 1e300 && a.f.n > 2) take_edges(a);
+  a.warp = warp;
+  take_edges(a);
 }
 
-// Relative to the size of a face with a cylinder: largest difference between the height over its centre and
-// the gap; too small a value loses contacts, a larger one costs time only  (test: contact/g2_stack.inp)
-const double HEIGHT_TOL = 0.06;
+// Bounds of the points that meet face a within reach. Gap g of a point at height h:
+// |g| (cos - BESIDE sin) <= |h| + warp
+struct Bounds {
+  double tol, flat, highest, lowest, most, factor, tilt;
+  Bounds(const FaceNow& a, double reach) : tol(BOUND_TOL * a.f.size), flat(a.warp + tol), tilt(a.tilt)
+  {
+    const double deepest = CONTACT_DEEPEST * a.f.size;
+    highest = flat + reach;
+    lowest  = -flat - (1.0 + BESIDE * tilt) * deepest;
+    most    = std::max(reach, deepest);
+    factor  = 1.0 / (1.0 - 0.5 * tilt * tilt - BESIDE * tilt);
+  }
+  // largest distance outside of an edge of a point between heights low and high (in find_heights too)
+  double beside(double low, double high) const
+  {
+    const double g = std::min(most, (std::max(high, -low) + flat) * factor);
+    return tol + g * tilt + (low <= flat ? BESIDE * g : 0.0);
+  }
+};
 
-// is p further than reach from face a, or beside it?
-//   in   gap   |gap| to a face that p lies over: no face whose gap is larger is of interest
-bool out_of_range(const FaceNow& a, const double* p, double reach, double gap)
-{
-  const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
-  const double height = r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2], margin = HEIGHT_TOL * a.f.size;
-  if (a.radius2 < 1e300 && (height > std::min(reach, gap) + margin ||
-                            height < -std::min(CONTACT_DEEPEST * a.f.size, gap) - margin))
-    return true;
-  if (r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - height * height > a.radius2) return true;
-  const double most = (height > margin ? BESIDE_ABOVE : BESIDE_TOL) * a.f.size;
-  for (int k = 0; k < a.edges; ++k)
-    if (a.out[k][0] * p[0] + a.out[k][1] * p[1] + a.out[k][2] * p[2] - a.at[k] > most) return true;
-  return false;
-}
-
-// are all points of face b out of range of face a? They lie between its corners
+// are all points of face b out of the bounds of face a? They lie between its corners
 bool all_out_of_range(const FaceNow& a, const MasterFace& b, double reach)
 {
-  if (a.radius2 == 1e300 || b.all > b.n) return false;
+  if (a.warp == 1e300 || b.all > b.n) return false;
   double low = 1e300, high = -1e300;
   for (int c = 0; c < b.n; ++c) {
-    const double *x = b.x + 3 * c,
-                 h  = (x[0] - a.x[0]) * a.n[0] + (x[1] - a.x[1]) * a.n[1] + (x[2] - a.x[2]) * a.n[2];
+    const double *x = b.x + 3 * c, r[3] = {x[0] - a.x[0], x[1] - a.x[1], x[2] - a.x[2]}, h = dot(r, a.n);
     low  = std::min(low, h);
     high = std::max(high, h);
   }
-  const double margin = HEIGHT_TOL * a.f.size;
-  if (low > reach + margin || high < -CONTACT_DEEPEST * a.f.size - margin) return true;
-  const double most = (low > margin ? BESIDE_ABOVE : BESIDE_TOL) * a.f.size;
-  for (int k = 0; k < a.edges; ++k) {
+  const Bounds bounds(a, reach);
+  if (low > bounds.highest || high < bounds.lowest) return true;
+  const double most = bounds.beside(low, high);
+  for (int k = 0; k < 4; ++k) {
     double least = 1e300;
-    for (int c = 0; c < b.n; ++c) {
-      const double *x = b.x + 3 * c, *o = a.out[k];
-      least = std::min(least, o[0] * x[0] + o[1] * x[1] + o[2] * x[2] - a.at[k]);
-    }
+    for (int c = 0; c < b.n; ++c) least = std::min(least, dot(a.out[k], b.x + 3 * c) - a.at[k]);
     if (least > most) return true;
   }
   return false;
 }
+
+// what the test of two faces reads
+struct FaceBox {
+  double lo[3], hi[3], n[3], size = 0.0;     // 0: not computed yet
+};
+
+// A face that the points of another one may meet
+struct Facing {
+  int face;
+  double reach;
+};
 
 // search of general contact
 struct GeneralSearch {
@@ -290,7 +319,13 @@ struct GeneralSearch {
   const RealVec &u, &uc, &xb;
   const ContactScene& scene;
   std::vector<FaceNow> face;         // [skin]
+  std::vector<FaceBox> box;          // [skin]
   std::vector<ContactWall> wall;
+  // of the face whose points are searched for
+  std::vector<Facing> facing;
+  RealVec x;                         // [3][width] their positions
+  RealVec height;                    // [facing][width] heights over the face; 1e300: out of its bounds
+  int width = 0;                     // number of points, rounded up
 };
 
 const FaceNow& face_now(GeneralSearch& g, int i)
@@ -301,26 +336,70 @@ const FaceNow& face_now(GeneralSearch& g, int i)
   a.f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc);
   a.f.skin = i;
   face_middle(a.f, a.x, a.n);
-  take_cylinder(a);
+  take_bounds(a);
+  FaceBox& b = g.box[i];
+  std::copy_n(a.f.lo, 3, b.lo);
+  std::copy_n(a.f.hi, 3, b.hi);
+  std::copy_n(a.n, 3, b.n);
+  b.size = a.f.size;
   return a;
 }
 
-// the faces that oppose face i and whose boxes are within reach
-void facing(GeneralSearch& g, int i, IntVec& out)
+const FaceBox& box_now(GeneralSearch& g, int i)
 {
-  out.clear();
+  if (g.box[i].size == 0.0) face_now(g, i);
+  return g.box[i];
+}
+
+// the faces that oppose face i and whose boxes are within reach
+void find_facing(GeneralSearch& g, int i)
+{
+  g.facing.clear();
   if (g.scene.near.count(i) == 0) return;
-  const FaceNow& a = face_now(g, i);
+  const FaceNow& of = face_now(g, i);
+  const FaceBox a   = g.box[i];
   for (int k = g.scene.near.off[i]; k < g.scene.near.off[i + 1]; ++k) {
     const int j = g.scene.near.item[k];
-    const FaceNow& b   = face_now(g, j);
-    const double reach = g.scene.part * (a.f.size + b.f.size) + g.scene.travel;
+    const FaceBox& b     = box_now(g, j);
+    const double reach   = g.scene.part * (a.size + b.size) + g.scene.travel;
     const double opposed = g.scene.alone[i] || g.scene.alone[j] ? OPPOSED_ALONE : OPPOSED;
-    bool apart = a.n[0] * b.n[0] + a.n[1] * b.n[1] + a.n[2] * b.n[2] > opposed;
-    for (int c = 0; c < g.m.dim; ++c)
-      apart = apart || a.f.lo[c] > b.f.hi[c] + reach || b.f.lo[c] > a.f.hi[c] + reach;
-    if (!apart && !all_out_of_range(b, a.f, reach)) out.push_back(j);
+    bool apart = dot(a.n, b.n) > opposed;
+    for (int c = 0; c < g.m.dim; ++c) apart = apart || a.lo[c] > b.hi[c] + reach || b.lo[c] > a.hi[c] + reach;
+    if (!apart && !all_out_of_range(g.face[j], of.f, reach)) g.facing.push_back({j, reach});
   }
+}
+
+// heights of n points over face a, 1e300 out of its bounds; n: a multiple of PACK
+//   in   x [3][n]
+void find_heights(const FaceNow& a, double reach, int n, const double* x, double* height)
+{
+  const Bounds b(a, reach);
+  const Pack zero = {}, far = zero + 1e300, most = zero + b.most;
+  for (int q = 0; q < n; q += PACK) {
+    const auto take = [&](int i) { return *reinterpret_cast<const PackRow*>(x + i * n + q); };
+    const Pack x0 = take(0), x1 = take(1), x2 = take(2);
+    const auto along = [&](const double* d) { return d[0] * x0 + d[1] * x1 + d[2] * x2; };
+    const Pack h = along(a.n) - dot(a.n, a.x), size = h > zero ? h : -h, gap = (size + b.flat) * b.factor,
+               g = gap < most ? gap : most, limit = b.tol + g * b.tilt + (h <= b.flat ? BESIDE * g : zero);
+    Pack found = h > b.highest ? far : h < b.lowest ? far : h;
+    for (int k = 0; k < 4; ++k) found = along(a.out[k]) - a.at[k] > limit ? far : found;
+    *reinterpret_cast<PackRow*>(height + q) = found;
+  }
+}
+
+// points first ... last-1, of face i
+void open_face(GeneralSearch& g, int i, int first, int last)
+{
+  const int n = last - first, dim = g.m.dim, width = (n + PACK - 1) / PACK * PACK;
+  find_facing(g, i);
+  if (g.facing.empty()) return;
+  g.x.assign(3 * static_cast<size_t>(width), 0.0);
+  for (int q = 0; q < n; ++q)
+    for (int c = 0; c < dim; ++c) g.x[c * width + q] = g.xb[(first + q) * dim + c];
+  g.height.resize(g.facing.size() * width);
+  g.width = width;
+  for (size_t k = 0; k < g.facing.size(); ++k)
+    find_heights(g.face[g.facing[k].face], g.facing[k].reach, width, g.x.data(), &g.height[k * width]);
 }
 
 // A point that pushes on a face and lies over it stays with it, even where another face is nearer: otherwise
@@ -342,22 +421,31 @@ bool outside_corner(GeneralSearch& g, int i, const Hit& hit, const double* p)
   return false;
 }
 
-void search_point(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit>& hits)
+// A face whose |gap| exceeds that to a face that the point lies over is of no interest
+bool is_farther(const FaceNow& a, double height, double gap)
+{
+  const double flat = a.warp + BOUND_TOL * a.f.size;
+  return height > flat + gap || height < -flat - (1.0 + BESIDE * a.tilt) * gap;
+}
+
+// faces that point b meets, the q-th of face i
+void search_point(GeneralSearch& g, int b, int i, int q, std::vector<Hit>& hits)
 {
   double p[3] = {0, 0, 0};
   Projection kind = PROJ_NONE;
-  const int i = g.bonds.contact.skin_of[b];
-  std::copy_n(&g.xb[b * g.m.dim], g.m.dim, p);
   hits.clear();
+  std::copy_n(&g.xb[b * g.m.dim], g.m.dim, p);
   double least = 1e300;        // |gap| to faces that p lies over
-  for (int j : facing) {
+  for (size_t k = 0; k < g.facing.size(); ++k) {
+    const double height = g.height[k * g.width + q];
+    if (height == 1e300) continue;
     Hit hit;
-    const double reach = g.scene.part * (g.face[i].f.size + g.face[j].f.size) + g.scene.travel;
-    if (out_of_range(g.face[j], p, reach, least)) continue;
-    const Projection k = contact_meet(g.face[j].f, p, reach, hit);
+    const FaceNow& a = g.face[g.facing[k].face];
+    if (is_farther(a, height, least)) continue;
+    const Projection found = contact_meet(a.f, p, g.facing[k].reach, hit);
     if (hit.beside && outside_corner(g, i, hit, p)) continue;
-    contact_nearer(hit, k, kind, hits);
-    if (k == PROJ_OVER) least = std::min(least, std::fabs(hit.gap));
+    contact_nearer(hit, found, kind, hits);
+    if (found == PROJ_OVER) least = std::min(least, std::fabs(hit.gap));
   }
   contact_equal(hits);
   const int met = g.bonds.contact.met[b];
@@ -365,7 +453,7 @@ void search_point(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
   Hit hit;
   if (hits.empty()) {
     if (contact_hold(face_now(g, met).f, p, hit)) hits.push_back(hit);
-  } else if (std::find(facing.begin(), facing.end(), met) != facing.end() &&
+  } else if (std::any_of(g.facing.begin(), g.facing.end(), [&](const Facing& f) { return f.face == met; }) &&
              stays(g, i, met, p, hits[0].gap, hit)) {
     hits.assign(1, hit);
   }
@@ -404,35 +492,41 @@ void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
   }
 }
 
-void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
+// stores the faces that contact point b of face i meets
+void take_general(const GeneralSearch& g, int b, int i, const std::vector<Hit>& hits, ContactPairs& pairs)
 {
   const RealVec& alone = g.bonds.contact.skin_penalty;
-  const BondDef& d = g.m.bond[g.bonds.def[first]];
-  IntVec look;
+  const BondDef& d = g.m.bond[g.bonds.def[b]];
+  const int j      = hits[0].face->skin;
+  const ContactRule* r = scene_property(d, g.scene, i, j);
+  take_hits(hits, g.m.dim, g.bonds.contact.offset[b], b, pairs);
+  pairs.face[b]     = j;
+  pairs.deep[b]     = d.penalty > 0.0 || (r && r->penalty > 0.0) ? 0.0 : CONTACT_DEEP * pairs.size[b];
+  pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty : std::min(alone[i], alone[j]);
+  pairs.friction[b] = r ? r->friction : d.contact.friction;
+  pairs.stick[b]    = r && r->stick > 0.0 ? r->stick : d.contact.stick;
+}
+
+void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
+{
+  const ContactState& c = g.bonds.contact;
   std::vector<Hit> hits;
-  int open = -1;               // face of the list look
   g.face.resize(g.scene.skin.size());
+  g.box.resize(g.scene.skin.size());
   for (RealVec* v : {&pairs.penalty, &pairs.friction, &pairs.stick}) v->assign(g.bonds.nbond, 0.0);
   pairs.face.assign(g.bonds.nbond, -1);
   pairs.wall.assign(g.bonds.nbond, -1);
-  for (int b = first; b < last; ++b) {
-    const int i = g.bonds.contact.skin_of[b];
-    if (i != open) facing(g, i, look);
-    open = i;
-    if (!look.empty() || g.bonds.contact.met[b] >= 0) search_point(g, b, look, hits);
-    else hits.clear();
-    if (!hits.empty()) {
-      const int j = hits[0].face->skin;
-      const ContactRule* r = scene_property(d, g.scene, i, j);
-      take_hits(hits, g.m.dim, g.bonds.contact.offset[b], b, pairs);
-      pairs.face[b]     = j;
-      pairs.deep[b]     = d.penalty > 0.0 || (r && r->penalty > 0.0) ? 0.0 : CONTACT_DEEP * pairs.size[b];
-      pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty : std::min(alone[i], alone[j]);
-      pairs.friction[b] = r ? r->friction : d.contact.friction;
-      pairs.stick[b]    = r && r->stick > 0.0 ? r->stick : d.contact.stick;
+  for (int open = first, end; open < last; open = end) {       // points of a face
+    const int i = c.skin_of[open];
+    for (end = open; end < last && c.skin_of[end] == i; ++end) {}
+    open_face(g, i, open, end);
+    for (int b = open; b < end; ++b) {
+      hits.clear();
+      if (!g.facing.empty() || c.met[b] >= 0) search_point(g, b, i, b - open, hits);
+      if (!hits.empty()) take_general(g, b, i, hits, pairs);
+      if (g.scene.skin[i].points == 2) meet_wall(g, b, i, pairs);
+      pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
     }
-    if (g.scene.skin[i].points == 2) meet_wall(g, b, i, pairs);
-    pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
   }
 }
 
@@ -472,7 +566,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.contact.skin.empty() && bonds.contact.skin_of[first] >= 0;
     if (general && scene) {
-      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, contact_walls(m)};
+      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, {}, contact_walls(m), {}, {}, {}, 0};
       search_general(g, first, last, pairs);
     } else if (!general && bonds.side[first] == SIDE_CONTACT) {
       const int d      = bonds.def[first];
@@ -506,8 +600,8 @@ void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds,
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l)
 {
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (contact_acts(bonds, pairs, b)) continue;
-    l.slip[b * dim] = 1e300;
+    if (contact_acts(bonds, pairs, b) || l.slip[b * dim] == CONTACT_OPEN) continue;
+    l.slip[b * dim] = CONTACT_OPEN;
     l.lambda_n[b]   = 0.0;
     std::fill_n(&l.lambda[b * dim], dim, 0.0);
   }
@@ -537,9 +631,12 @@ void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactP
 {
   for (int b = 0; b < bonds.nbond; ++b) {
     double &initial = bonds.contact.initial_penetration[b], &gap = pairs.gap[b];
+    if (!pairs.master.count(b)) {
+      initial = 0.0;
+      continue;
+    }
     const double was = l.slip[b * dim];
-    if (!pairs.master.count(b)) initial = 0.0;
-    else if (moves && was < 0.0) initial = gap - was;
+    if (moves && was < 0.0) initial = gap - was;
     else if (moves && gap < std::min(initial, 0.0)) initial = gap;
     else initial = std::max(std::min(initial, 0.0), std::min(gap, 0.0));
     gap -= initial;

@@ -124,14 +124,19 @@ bool add_guests(const Model& m, const Bonds& bonds, const Discretisation& d, Dof
 }
 
 // rows and weights of one bond: side A positive, side B negative, equal rows summed
-void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b, IntVec& row, RealVec& w)
+//   at [nrow]   scratch, all -1 before and after
+void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b, IntVec& at, IntVec& row,
+               RealVec& w)
 {
   const int nnode = static_cast<int>(s.rows.row_of_node.size());
   row.clear();
   w.clear();
   auto add = [&](int r, double value) {
-    for (size_t i = 0; i < row.size(); ++i)
-      if (row[i] == r) { w[i] += value; return; }
+    if (at[r] >= 0) {
+      w[at[r]] += value;
+      return;
+    }
+    at[r] = static_cast<int>(row.size());
     row.push_back(r);
     w.push_back(value);
   };
@@ -144,13 +149,13 @@ void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b
     for (int j = d.grid.corner.off[c]; j < d.grid.corner.off[c + 1]; ++j)
       add(s.rows.nfe + d.grid.corner.item[j], value * d.grid.corner_w[j]);
   };
-  if (!contact_acts(bonds, d.pairs, b)) return;
   for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) add_node(bonds.a.item[k], bonds.a_w[k]);
   if (bonds.side[b] == SIDE_CONTACT)
     for (int k = d.pairs.master.off[b]; k < d.pairs.master.off[b + 1]; ++k)
       add_node(d.pairs.master.item[k], -d.pairs.master_w[k]);
   for (int j = d.grid.bond.off[b]; j < d.grid.bond.off[b + 1]; ++j)
     add(s.rows.nfe + d.grid.bond.item[j], -d.grid.bond_w[j]);
+  for (int r : row) at[r] = -1;
 }
 
 // corners and points that follow nodes of the mesh: their rows, counted from the first of the grid  (7.14)
@@ -187,21 +192,21 @@ void form_lists(const MeshPart& part, const Bonds& bonds, Discretisation& d, Dof
   s.rows.row_key.assign(s.rows.node_of_row.begin(), s.rows.node_of_row.end());
   for (long& key : s.rows.row_key) key = part.node_number(static_cast<int>(key));
   for (long key : d.grid.key) s.rows.row_key.push_back(-1 - key);
-  s.rows.bond = ListTable();
+  s.rows.bond.off.assign(1, 0);
+  s.rows.bond.off.resize(bonds.nbond + 1);
+  s.rows.bond.item.clear();
   s.rows.bond_w.clear();
   s.rows.bond_acts.clear();
-  IntVec row;
+  IntVec at(s.rows.nrow, -1), row;
   RealVec w;
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!d.owned.has_bond(b)) {
-      s.rows.bond.off.push_back(static_cast<int>(s.rows.bond.item.size()));
-      continue;
+    if (contact_acts(bonds, d.pairs, b) && d.owned.has_bond(b)) {
+      bond_rows(bonds, d, s, b, at, row, w);
+      s.rows.bond.item.insert(s.rows.bond.item.end(), row.begin(), row.end());
+      s.rows.bond_w.insert(s.rows.bond_w.end(), w.begin(), w.end());
+      s.rows.bond_acts.push_back(b);
     }
-    bond_rows(bonds, d, s, b, row, w);
-    s.rows.bond.item.insert(s.rows.bond.item.end(), row.begin(), row.end());
-    s.rows.bond_w.insert(s.rows.bond_w.end(), w.begin(), w.end());
-    s.rows.bond.off.push_back(static_cast<int>(s.rows.bond.item.size()));
-    if (contact_acts(bonds, d.pairs, b)) s.rows.bond_acts.push_back(b);
+    s.rows.bond.off[b + 1] = static_cast<int>(s.rows.bond.item.size());
   }
 }
 
@@ -378,8 +383,8 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   if (!stay) {
     form_lists(m.part, st.bonds, d, s);
     fresh = fresh || first || s.rows.nrow != before;
-    bonds = !same(s.pattern.bond_rows, s.rows.bond);
-    fresh = fresh || !same(s.pattern.point_rows, d.grid.point) || (bonds && !lean) ||
+    bonds = !lean && !same(s.pattern.bond_rows, s.rows.bond);
+    fresh = fresh || !same(s.pattern.point_rows, d.grid.point) || bonds ||
             !same(s.pattern.ghost_rows, d.grid.ghost) || !same(s.pattern.group_rows, s.rows.group);
     s.pattern.lists_of = d.grid.made;
   }
@@ -388,7 +393,7 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   if (bonds) s.pattern.bond_rows = s.rows.bond;
   if (!fresh) return false;
   s.pattern.point_rows = d.grid.point;
-  s.pattern.bond_rows  = s.rows.bond;
+  s.pattern.bond_rows  = lean ? ListTable() : s.rows.bond;
   s.pattern.ghost_rows = d.grid.ghost;
   s.pattern.group_rows = s.rows.group;
   return true;

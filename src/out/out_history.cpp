@@ -106,11 +106,20 @@ void read_elset(const Elements& el, const Points& pts, const IntVec& set, Probe&
     if (pts.parent[p] >= 0 && in[pts.parent[p]]) probe.point.push_back(p);
 }
 
+// is a node of the set one of an element that became points?
+bool any_converted(const Mesh& mesh, const Fracture& fr, const IntVec& set)
+{
+  std::vector<char> in(fr.converted.empty() ? 0 : mesh.nnode(), 0);
+  for (int e : fr.converted)
+    for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) in[mesh.conn.item[k]] = 1;
+  return !in.empty() && std::any_of(set.begin(), set.end(), [&](int n) { return in[n] != 0; });
+}
+
 // nodes of a set, without nodes that lost their last element and are not replaced by a corner
 void read_nset(const Model& m, const State& s, const IntVec& set, Probe& probe)
 {
   IntVec follow;
-  frac_follow(m, s.frac, s.points, follow);
+  if (any_converted(m.mesh, s.frac, set)) frac_follow(m, s.frac, s.points, follow);
   for (int n : set)
     if (m.part.counts(n) && (follow.empty() || follow[n] != FOLLOW_NONE)) probe.node.push_back(n);
 }

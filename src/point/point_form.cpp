@@ -612,15 +612,16 @@ void point_motion(const Points& pts, int dim, const RealVec& uc, int p, IpFields
 template <int D>
 void general_strain(const Points& pts, const MatLaw& law, const RealVec& uc, int p, double* E, double* scale)
 {
-  RealVec H(D * D), V0{pts.V0[p]};
-  gradient<D>(pts, uc, p, H.data());
+  double own[D * D];
+  gradient<D>(pts, uc, p, own);
   if (!law.bar) {
     double plane[D * D];
-    ip_strain<D>(true, H.data(), plane);
+    ip_strain<D>(true, own, plane);
     six_components<D>(plane, 0.0, E);
     *scale = 1.0;
     return;
   }
+  RealVec H(own, own + D * D), V0{pts.V0[p]};
   for (int q = pts.next[p]; q != p; q = pts.next[q]) {
     if (pts.broken[q] >= 0 || pts.released[q]) continue;
     H.resize(H.size() + D * D);
@@ -650,6 +651,24 @@ double viscous_loss(const Points& pts, const PointLaws& law, const Level& l0, co
   return sum;
 }
 
+// law of a point at the end of an increment, with its strain [6] and the scale of F
+//   in   c   degradation factor of a broken point
+MatLaw law_at_end(const Model& m, const Points& pts, const MatLaw& law, const Level& l, int p, double c,
+                  double* E, double* scale)
+{
+  const MatLaw now = law_now(m, pts, law, l, CRACK_TANGENT, p, c);      // with the width of l
+  if (m.dim == 2) general_strain<2>(pts, now, l.uc, p, E, scale);
+  else general_strain<3>(pts, now, l.uc, p, E, scale);
+  return now;
+}
+
+// energy of the penalty that ties the changes of volume of a point and its group              (1.14)
+double deviation_energy(const MatLaw& law, double scale)
+{
+  const double deviation = scale == 1.0 ? 0.0 : 3.0 * std::log(scale);       // thetabar - theta
+  return 0.5 * volume_penalty(law) * deviation * deviation;
+}
+
 // c: degradation factor of a broken point
 void point_fields(const Model& m, const Points& pts, const Level& l, int p, double c, IpFields& out)
 {
@@ -660,12 +679,9 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
     return;
   }
   double E[6], scale;
-  const MatLaw now = law_now(m, pts, law, l, CRACK_TANGENT, p, c);      // with the width of l
-  if (m.dim == 2) general_strain<2>(pts, now, l.uc, p, E, &scale);
-  else general_strain<3>(pts, now, l.uc, p, E, &scale);
+  const MatLaw now = law_at_end(m, pts, law, l, p, c, E, &scale);
   ip_general_from(now, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
-  const double deviation = 3.0 * std::log(scale);            // thetabar - theta
-  out.psi += 0.5 * volume_penalty(now) * deviation * deviation;
+  out.psi += deviation_energy(now, scale);
   if (law_opens(law.kind) && !pts.eroded(p))
     out.opening = crack_opening(law, history_at(l.hp, point_history_size(pts, l), p));
 }
@@ -677,11 +693,21 @@ void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, I
   point_fields(m, pts, l, p, !pts.eroded(p) ? 1.0 : l.degr[pts.parent[p]], out);
 }
 
+// of a broken point or a general law the energy alone
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c)
 {
-  IpFields f;
-  point_fields(m, pts, l, p, c, f);
-  return f.psi * f.V0;
+  const MatLaw law = law_of_body(m, m.body[pts.body[p]]);
+  if (!pts.eroded(p) && !law_is_general(law)) {
+    IpFields f;
+    point_fields(m, pts, l, p, c, f);
+    return f.psi * f.V0;
+  }
+  double E[6], scale, none[MAX_HISTORY];
+  LawOutput out;
+  const MatLaw now = law_at_end(m, pts, law, l, p, c, E, &scale);
+  if (!law_update(now, true, E, history_at(l.hp, point_history_size(pts, l), p), none, false, out))
+    return std::nan("");
+  return (out.psi + deviation_energy(now, scale)) * pts.V0[p];
 }
 
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned)

@@ -300,6 +300,7 @@ void finish_contact_points(const Model& m, const ContactPairs& pairs, const Atte
   const int dim = m.dim;
   for (int b = 0; b < st.bonds.nbond; ++b) {
     if (st.bonds.side[b] != SIDE_CONTACT) continue;
+    if (!pairs.master.count(b) && st.n.slip[b * dim] == CONTACT_OPEN) continue;    // nothing has changed
     const bool general = m.bond[st.bonds.def[b]].contact.general, counts = st.bonds.counts(b);
     if (counts) friction += friction_loss(a, b, dim, st);
     if (general) {

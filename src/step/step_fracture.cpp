@@ -367,8 +367,7 @@ void copy_state(State& st, UndoPoint& u)
   std::swap(n, st.n);
   std::swap(np1, st.np1);
   std::swap(points, st.points);
-  u.state = State();
-  u.state = st;
+  u.state = st;                // into the memory of the last copy
   std::swap(n, st.n);
   std::swap(np1, st.np1);
   std::swap(points, st.points);

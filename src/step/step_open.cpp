@@ -393,8 +393,8 @@ void note_contact(Problem& p)
   const RealVec& general = p.d.scene.size;           // at t = 0: crushed debris does not count
   const auto& skin = p.d.scene.skin;
   const bool grains = std::all_of(skin.begin(), skin.end(), [](const SkinFace& k) { return k.points == 2; });
-  for (int b = 0; b < st.bonds.nbond; ++b)
-    if (st.bonds.side[b] == SIDE_CONTACT && p.d.pairs.master.count(b) && general.empty())
+  for (int b = 0; b < st.bonds.nbond && general.empty(); ++b)
+    if (st.bonds.side[b] == SIDE_CONTACT && p.d.pairs.master.count(b))
       f.size = std::min(f.size, p.d.pairs.size[b]);
   for (size_t k = 0; k < general.size(); ++k)        // nor do points squeezed at their release
     if (grains || skin[k].points != 2) f.size = std::min(f.size, general[k]);

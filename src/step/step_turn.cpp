@@ -14,8 +14,9 @@ void contact_at_start(const Problem& p, RealVec& f)
   const int dim             = p.m.dim;
   f.assign(static_cast<size_t>(p.m.mesh.nnode() + st.points.ncorner) * dim, 0.0);
   for (int k = 0; k < b.nbond; ++k) {
+    if (!pairs.master.count(k) || b.side[k] != SIDE_CONTACT || !b.counts(k)) continue;
     const double gap = st.n.slip[k * dim], deep = b.beyond(k, gap);
-    if (b.side[k] != SIDE_CONTACT || !(gap < 0.0) || !b.counts(k) || !pairs.master.count(k)) continue;
+    if (!(gap < 0.0)) continue;
     const double *n = &pairs.normal[k * dim], *rub = &st.n.lambda[k * dim];
     double press = b.cn[k] * gap + b.growth(k) * deep * deep * deep;
     for (int i = 0; i < dim; ++i) press -= rub[i] * n[i];
