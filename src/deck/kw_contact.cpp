@@ -15,7 +15,7 @@ void read_overlap(Card& card, BondDef& b)
     card_error(card, adjust->key, "ADJUST=a requires OVERLAP=ADJUST");
 }
 
-void check_params(Card& card)
+void check_numbers(Card& card)
 {
   const bool interaction = card_param(card, "INTERACTION");
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
@@ -38,7 +38,7 @@ void contact_params(Card& card, BondDef& b)
   b.alpha     = card_param_real(card, "ALPHA", 0.0, above(0.0));
   b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
   read_overlap(card, b);
-  check_params(card);
+  check_numbers(card);
 }
 
 const Interaction* contact_interaction(Deck& d, const Field& at)
