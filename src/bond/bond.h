@@ -12,6 +12,7 @@
 extern const double bond_alpha, contact_alpha;
 
 // gap of a contact point without a face, whose force and multipliers are zero, as stored in Level::slip
+// (no test)
 constexpr double CONTACT_OPEN = 1e300;
 
 // surface_stiffness : largest mat_stiffness of the material at the faces of a surface on this rank

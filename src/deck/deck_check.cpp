@@ -580,8 +580,11 @@ void check_track(Deck& d, const Model& m)
       refuse_it("in steps with *STATIC only");
     if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.arc.on; }))
       refuse_it("not with *STATIC, RIKS, which controls elements that a crack may not enter");
-    if (std::any_of(m.material.begin(), m.material.end(),
-                    [](const Material& a) { return a.breaks && a.law != LAW_SVK; }))
+    const auto other_law = [&](int e) {
+      const int section = m.mesh.elem_section[e], a = section < 0 ? -1 : m.section[section].material;
+      return a >= 0 && m.material[a].law != LAW_SVK;
+    };
+    if (f.elset >= 0 && std::any_of(m.elset[f.elset].item.begin(), m.elset[f.elset].item.end(), other_law))
       refuse_it("a crack along a line requires *ELASTIC alone");
     if (comm_size() > 1) refuse_it("runs on one rank");
   }

@@ -133,9 +133,11 @@ std::string material_fault(const FractureDef& f, const Material& mat)
 std::string size_fault(const FractureDef& f, const Material& mat, double size, const char* each,
                        const char* mend)
 {
-  const double limit = max_elem_size(f, mat.young);
+  // TRACK: a line that cuts a corner is 2.4 diameters wide, and slides against mu                    (2.36c)
+  const double limit = max_elem_size(f, mat.young) / (f.track ? 4.8 * (1.0 + mat.poisson) : 1.0);
   if (size <= limit) return "";
-  return "its size " + text_number(size) + " is too large for the softening, which needs " + each +
+  return "its size " + text_number(size) + " is too large for the softening, which needs " +
+         (f.track ? "with TRACK " : "") + each +
          " below " + text_number(limit) + " (E Gc/ft^2 = " +
          text_number(mat.young * f.gc / (f.ft * f.ft)) + "); " + mend + ", or lower ft";
 }

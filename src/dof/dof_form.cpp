@@ -375,7 +375,6 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   fresh  = fresh || s.pattern.lean != lean || s.rows.lumps != step.explicit_steps();
   s.pattern.lean = lean;
   s.rows.lumps   = step.explicit_steps();
-  bool bonds = false;          // the acting bonds have changed
   // the grid has moved along, nothing else changes lists, and contact points keep their faces
   const bool meets = !d.pairs.gap.empty() && d.pairs.searched + d.pairs.skipped > 0;
   const bool stay  = !first && !fresh && !meets && s.pattern.lists_of == d.grid.made &&
@@ -383,14 +382,13 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   if (!stay) {
     form_lists(m.part, st.bonds, d, s);
     fresh = fresh || first || s.rows.nrow != before;
-    bonds = !lean && !same(s.pattern.bond_rows, s.rows.bond);
-    fresh = fresh || !same(s.pattern.point_rows, d.grid.point) || bonds ||
+    fresh = fresh || !same(s.pattern.point_rows, d.grid.point) ||
+            (!lean && !same(s.pattern.bond_rows, s.rows.bond)) ||          // the acting bonds have changed
             !same(s.pattern.ghost_rows, d.grid.ghost) || !same(s.pattern.group_rows, s.rows.group);
     s.pattern.lists_of = d.grid.made;
   }
   fresh = dof_tie(m, step, st.n.u, s) || fresh;
   fresh = dof_divide(m, st.points, d.grid, st.division, s) || fresh;
-  if (bonds) s.pattern.bond_rows = s.rows.bond;
   if (!fresh) return false;
   s.pattern.point_rows = d.grid.point;
   s.pattern.bond_rows  = lean ? ListTable() : s.rows.bond;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Dense>
+
 #include "frac/frac.h"
 
 namespace {
@@ -39,6 +41,9 @@ struct Tracker {
 
 bool tracks(const Tracker& t, int e) { return t.fm.def[e] >= 0 && t.m.fracture[t.fm.def[e]].track; }
 
+// can the element begin to crack?
+bool intact(const Tracker& t, int e) { return t.fr.phase[e] == AS_ELEMENT && t.el.broken(e) < 0; }
+
 // has the element a crack that opened in this run?
 bool begun(const Tracker& t, int e)
 {
@@ -59,11 +64,21 @@ double mean_radius(const Tracker& t, int e)
 
 double reach(const Tracker& t, int e) { return std::max(mean_radius(t, e), REACH_SIZES * t.fm.local[e]); }
 
-// adds weight times the tensile part of the stress in the plane: S 11, 22, 12
-void add_tension(const double* sig, double weight, double* S)
+// J F^-1 sigma F^-T in the plane: lines and distances are those of t = 0
+Eigen::Matrix2d stress_at_rest(const IpFields& f)
 {
-  const double mid = 0.5 * (sig[0] + sig[1]), r = std::hypot(0.5 * (sig[0] - sig[1]), sig[3]);
-  const double angle = 0.5 * std::atan2(sig[3], 0.5 * (sig[0] - sig[1]));
+  Eigen::Matrix2d F, sigma;
+  F << f.F[0], f.F[1], f.F[3], f.F[4];
+  sigma << f.sig[0], f.sig[3], f.sig[3], f.sig[1];
+  const Eigen::Matrix2d inverse = F.inverse();
+  return F.determinant() * inverse * sigma * inverse.transpose();
+}
+
+// adds weight times the tensile part of the stress in the plane: S 11, 22, 12
+void add_tension(const Eigen::Matrix2d& sig, double weight, double* S)
+{
+  const double half = 0.5 * (sig(0, 0) - sig(1, 1)), mid = 0.5 * sig.trace(), r = std::hypot(half, sig(0, 1));
+  const double angle = 0.5 * std::atan2(sig(0, 1), half);
   const double c = std::cos(angle), s = std::sin(angle);
   const double s1 = weight * std::max(mid + r, 0.0), s2 = weight * std::max(mid - r, 0.0);
   S[0] += s1 * c * c + s2 * s * s;
@@ -82,9 +97,11 @@ double turn_wanted(const Tracker& t, int e, const double* x, const double* d)
       IpFields f;
       elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, o, g, f);
       const double along = std::hypot(f.X[0] - x[0], f.X[1] - x[1]) / r;
-      if (along < CUT) add_tension(f.sig, f.V0 * std::exp(-0.5 * along * along), S);
+      if (along < CUT) add_tension(stress_at_rest(f), f.V0 * std::exp(-0.5 * along * along), S);
     }
   });
+  const double EQUAL = 1e-9;           // principal stresses: no direction
+  if (std::hypot(S[2], 0.5 * (S[0] - S[1])) <= EQUAL * (S[0] + S[1])) return 0.0;
   const double line = 0.5 * std::atan2(S[2], 0.5 * (S[0] - S[1])) + 0.5 * M_PI;
   return std::remainder(line - std::atan2(d[1], d[0]), M_PI);
 }
@@ -121,6 +138,7 @@ double advance(Tracker& t, int k)
   IntVec passed;
   const double end = reach(t, ahead);
   for (int e = ahead; e >= 0 && tracks(t, e) && t.fr.tracked[e] != ON_PATH && length < end;) {
+    if (!begun(t, e) && !intact(t, e)) break;
     double out[2];
     const int face = leave(t, e, x, d, out);
     length += std::hypot(out[0] - x[0], out[1] - x[1]);
@@ -135,8 +153,10 @@ double advance(Tracker& t, int k)
     moved = length;
     ahead = e;
   }
-  // it meets a crack, or what cannot break
-  if (ahead >= 0 && (t.fr.tracked[ahead] == ON_PATH || !tracks(t, ahead))) ahead = -1;
+  // it meets a crack, a hole, or what cannot break
+  const bool stops = ahead >= 0 && (t.fr.tracked[ahead] == ON_PATH || !tracks(t, ahead) ||
+                                    !(begun(t, ahead) || intact(t, ahead)));
+  if (stops) ahead = -1;
   return moved;
 }
 
@@ -151,6 +171,16 @@ void turn(Tracker& t, int k, double moved)
   d[1] = std::sin(angle);
 }
 
+// advances tips from first on, and turns those that have moved
+void grow(Tracker& t, int first)
+{
+  for (int k = first; k < t.ntip(); ++k) {
+    if (t.fr.tip_elem[k] < 0) continue;
+    const double moved = advance(t, k);
+    if (moved > 0.0 && t.fr.tip_elem[k] >= 0) turn(t, k, moved);
+  }
+}
+
 void add_tip(Tracker& t, int e, const double* d)
 {
   double out[2];
@@ -162,8 +192,9 @@ void add_tip(Tracker& t, int e, const double* d)
 
 double largest_opening(const Tracker& t, int e)
 {
+  if (t.el.broken(e) >= 0) return HUGE_VAL;
   double largest = 0.0;
-  for (int g = t.el.gauss_of[e]; g < t.el.gauss_of[e + 1] && t.el.broken(e) < 0; ++g)
+  for (int g = t.el.gauss_of[e]; g < t.el.gauss_of[e + 1]; ++g)
     largest = std::max(largest, crack_opening(t.block(e).law, history_at(t.st.n.he, t.el.history, g)));
   return largest;
 }
@@ -203,12 +234,13 @@ void mark_line(Tracker& t, int e, const double* x, const double* d)
   const ElemBlock& b = t.block(e);
   const int nen      = t.shape(e).nen;
   const double N[3]  = {-d[1], d[0], 0.0};
+  const double ON_LINE = 1e-9;         // sizes of an element: a node on the line is on its right
   for_history(t, e, [&](int g, double* h) {
     const double* dN = &b.dNdX[(b.gauss(t.el.slot_of[e]) + g) * nen * 2];
     double G[3] = {0, 0, 0};
     for (int a = 0; a < nen; ++a) {
       const double* X = t.node(e, a);
-      if ((X[0] - x[0]) * N[0] + (X[1] - x[1]) * N[1] <= 0.0) continue;
+      if ((X[0] - x[0]) * N[0] + (X[1] - x[1]) * N[1] <= ON_LINE * t.fm.size[e]) continue;
       for (int i = 0; i < 2; ++i) G[i] += dN[2 * a + i];
     }
     const double PARTITION = 1e-9;     // all nodes on one side
@@ -222,7 +254,7 @@ void mark(Tracker& t)
 {
   const int n = t.m.mesh.nelem();
   const auto can_begin = [&](int e) {
-    return tracks(t, e) && t.fr.tracked[e] == 0 && t.el.broken(e) < 0 && t.fr.phase[e] == AS_ELEMENT;
+    return tracks(t, e) && t.fr.tracked[e] == 0 && intact(t, e);
   };
   std::vector<char> shut(n, 0);
   for (int e = 0; e < n; ++e)
@@ -253,11 +285,9 @@ void frac_track(const Model& m, const Step& s, const Elements& el, const FracMes
 {
   Tracker t{m, s, el, fm, st, st.frac};
   if (t.fr.tracked.empty()) t.fr.tracked.assign(m.mesh.nelem(), 0);
-  for (int k = 0; k < t.ntip(); ++k) {
-    if (t.fr.tip_elem[k] < 0) continue;
-    const double moved = advance(t, k);
-    if (moved > 0.0 && t.fr.tip_elem[k] >= 0) turn(t, k, moved);
-  }
+  grow(t, 0);
+  const int old = t.ntip();
   find_roots(t);
+  grow(t, old);
   mark(t);
 }

@@ -188,7 +188,8 @@ double crack_open(const CrackLaw& c);
 double crack_share(const MatLaw& law, const double* S, const double* h, double* N);
 
 // crack_opening, crack_band, crack_normal [3] : largest opening, width of the band and normal, of the
-// history h of a cohesive law; normal 0: not cracked
+// history h of a cohesive law; opening 0: not cracked. Where the crack may begin on a line alone the normal
+// has the length p of (2.36c), and the width of a shut point has no meaning
 double crack_opening(const MatLaw& law, const double* h);
 double crack_band(const MatLaw& law, const double* h);
 const double* crack_normal(const MatLaw& law, const double* h);

@@ -54,11 +54,14 @@ const int POWER = 16;
 // below this part of theirs  (test: strength/bar_shift.inp)
 const double OPENED = 0.5, NEWCOMER = 0.2;
 
+// cells that the domain of a point reaches into, at most  (no test)
+const int MAX_CELLS = 64;
+
 // Cells of the grid that the domain of a point reaches into, and the part of it in each
 struct DomainCells {
   int n = 0;
-  long key[64];
-  double part[64];
+  long key[MAX_CELLS];
+  double part[MAX_CELLS];
 };
 
 // box of the extents of the domain along the axes, reduced to its volume
@@ -100,6 +103,9 @@ DomainCells domain_cells(const Model& m, const Points& pts, const RealVec& uc, i
     first[i] = std::clamp(static_cast<int>(std::floor(lo[i] + TOUCHES)), 0, g.n[i] - 1);
     last[i]  = std::clamp(static_cast<int>(std::ceil(hi[i] - TOUCHES)) - 1, first[i], g.n[i] - 1);
   }
+  long cells = 1;
+  for (int i = 0; i < m.dim; ++i) cells *= last[i] - first[i] + 1;
+  MPFE_CHECK(cells <= MAX_CELLS, "the domain of a point reaches into more than 64 cells of the grid");
   DomainCells d;
   const auto overlap = [&](int i) {
     return std::max(0.0, std::min(hi[i], at[i] + 1.0) - std::max(lo[i], static_cast<double>(at[i]))) /
@@ -107,7 +113,7 @@ DomainCells domain_cells(const Model& m, const Points& pts, const RealVec& uc, i
   };
   for (at[2] = first[2]; at[2] <= last[2]; ++at[2])
     for (at[1] = first[1]; at[1] <= last[1]; ++at[1])
-      for (at[0] = first[0]; at[0] <= last[0] && d.n < 64; ++at[0]) {
+      for (at[0] = first[0]; at[0] <= last[0]; ++at[0]) {
         double part = 1.0;
         for (int i = 0; i < m.dim; ++i) part *= overlap(i);
         d.key[d.n]    = cell_key(g, m.dim, m.body[pts.body[p]].field, at);
@@ -121,18 +127,24 @@ bool may_crack(const Model& m, const Points& pts, int p) { return m.body[pts.bod
 // strain across the crack of point p at t(n), 0: it has none                                      (2.34)
 double crack_strain(const Model& m, const Points& pts, const PointLaws& law, const Level& l, int p)
 {
-  MatLaw of       = law.body[pts.body[p]];
   const double* h = history_at(l.hp, law.history, p);
-  const double k  = crack_opening(of, h), b = crack_band(of, h);
+  const double k  = crack_opening(law.body[pts.body[p]], h);
   if (k == 0.0) return 0.0;
+  MatLaw of      = law.body[pts.body[p]];
+  const double b = crack_band(of, h);
   const FractureDef& f = m.fracture[m.body[pts.body[p]].fracture];
   if (f.weibull > 0.0) of.crack.scatter = l.hp[scatter_at(pts, l.hp, p)];
   const Eigen::Matrix3d F = point_gradient(pts, m.dim, l.uc, p),
                         E = 0.5 * (F.transpose() * F - Eigen::Matrix3d::Identity());
+  double six[6], none[MAX_HISTORY], axis[3];
+  six_components<3>(E.data(), 0.0, six);
+  LawOutput out;
+  if (crack_traction(of.crack, k) > 0.0 && law_update(of, true, six, h, none, false, out))
+    return std::clamp(crack_share(of, out.S, h, axis), 0.0, 1.0) * k / b;
+  // open: of the strain alone
   const Eigen::Map<const Eigen::Vector3d> N(crack_normal(of, h));
   const double whole     = of.lam * E.trace() + 2.0 * of.mu * N.dot(E * N);
-  const double stiffness = of.lam + 2.0 * of.mu + crack_traction(of.crack, k) / k * b;
-  return std::clamp(whole / stiffness, 0.0, k / b);
+  return std::clamp(whole / (of.lam + 2.0 * of.mu), 0.0, k / b);
 }
 
 // Sums over the points of a cell: weights, those times the strains across the cracks; tensor of the opening,
@@ -246,7 +258,7 @@ OpenCells open_cells(const Model& m, const Points& pts, const RealVec& laid,
 {
   const DomainCells d = domain_cells(m, pts, laid, p);
   OpenCells open;
-  double strain[64], most = 0.0, sum = 0.0;
+  double strain[MAX_CELLS], most = 0.0, sum = 0.0;
   for (int k = 0; k < d.n; ++k) {
     const CellSum* c = find_cell(cells, d.key[k]);
     strain[k] = c && c->weight > 0.0 ? c->strain / c->weight : 0.0;
@@ -277,16 +289,16 @@ Eigen::Vector3d mean_axis(const double* A)
 double band_of(const Model& m, const Points& pts, const PointLaws& law, const Level& l, const RealVec& laid,
                const std::vector<CellSum>& cells, int p, double& came)
 {
-  MatLaw of      = law.body[pts.body[p]];
-  const double k = crack_opening(of, history_at(l.hp, law.history, p));
+  const double k = crack_opening(law.body[pts.body[p]], history_at(l.hp, law.history, p));
   if (k == 0.0) return 0.0;
+  MatLaw of = law.body[pts.body[p]];
   point_crack(m, pts, l, p, CRACK_TANGENT, of);
   if (k >= crack_open(of.crack)) return 0.0;
   const OpenCells open = open_cells(m, pts, laid, cells, p);
-  if (open.strain == 0.0) return 0.0;
-  const double box    = crack_width(of.crack, mean_axis(open.opening).data()), w = box * open.strain,
-               most   = std::max(box, MAX_LIMIT * crack_max_width(of)),
-               strain = crack_strain(m, pts, law, l, p);
+  const double strain = crack_strain(m, pts, law, l, p);
+  if (open.strain == 0.0 || strain == 0.0) return 0.0;
+  const double box  = crack_width(of.crack, mean_axis(open.opening).data()), w = box * open.strain,
+               most = std::max(box, MAX_LIMIT * crack_max_width(of));
   const bool comes = w > OPENED * crack_open(of.crack) && strain < NEWCOMER * open.part * open.strain;
   came += comes;
   return std::min(most, comes ? w / strain : box / open.part);

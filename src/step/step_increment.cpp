@@ -241,7 +241,7 @@ Failure begin_attempt(Problem& p, const Step& s, Attempt& a, RealVec& energy)
 Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Level& l, int dim)
 {
   for (int q = 0; q < b.nbond; ++q) {
-    if (!pairs.master.count(q) || b.side[q] != SIDE_CONTACT) continue;
+    if (b.side[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
     const double size = std::max(pairs.size[q], b.contact.deep[q] / CONTACT_DEEP);   // crushed debris
     const double gap = l.slip[q * dim] / size, before = pairs.gap[q] / size;
     if (gap > -MAX_DEPTH && (gap > -MAX_INCREASE || before - gap < MAX_INCREASE)) continue;

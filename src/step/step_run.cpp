@@ -29,11 +29,11 @@ const int COMPRESSED_EVERY = 100;
 // statics have no velocity: motion is stopped, and its energy is lost
 void stop_motion(State& st)
 {
+  st.ledger.leap = 0.0;
   if (st.ledger.kinetic == 0.0) return;
   log_warn("step %d is static: the kinetic energy of %g is discarded", st.log.step, st.ledger.kinetic);
   st.ledger.stopped += st.ledger.kinetic;
   st.ledger.kinetic = 0.0;
-  st.ledger.leap    = 0.0;
   for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc}) std::fill(v->begin(), v->end(), 0.0);
 }
 
@@ -262,7 +262,7 @@ Failure change_masses(Problem& p, int k)
     if (failure.ok()) failure = dof_constrain(p.m, p.d, st, *of, t_step, t_step, p.dofs, p.warned);
     if (!failure.ok()) return failure;
     if (of == &last) ledger_leap(p.dofs, 0.0, st);
-    ledger_update(p.m, p.d.el, p.dofs, st.n, of->nlgeom, st);
+    ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
     energy[of == &s] = ledger_energy(st.ledger);
   }
   st.ledger.conversion += energy[0] - energy[1];
@@ -569,8 +569,8 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
 void warn_conversion(const Ledger& g)
 {
   if (g.conversion < -WARN_DYNAMIC * g.scale)
-    log_warn("conversion to points added %.1f %% of the energy (ECONV %.4g): use elements and cells of equal "
-             "size, or smaller increments",
+    log_warn("conversion to points, or an explicit step after an implicit one, added %.1f %% of the energy "
+             "(ECONV %.4g): use elements and cells of equal size, smaller increments, or steps of one kind",
              -100.0 * g.conversion / g.scale, g.conversion);
 }
 

@@ -13,6 +13,7 @@ void contact_at_start(const Problem& p, RealVec& f)
   const ContactPairs& pairs = p.d.pairs;
   const int dim             = p.m.dim;
   f.assign(static_cast<size_t>(p.m.mesh.nnode() + st.points.ncorner) * dim, 0.0);
+  if (pairs.master.size() != b.nbond) return;        // no contact, or found for other bonds
   for (int k = 0; k < b.nbond; ++k) {
     if (!pairs.master.count(k) || b.side[k] != SIDE_CONTACT || !b.counts(k)) continue;
     const double gap = st.n.slip[k * dim], deep = b.beyond(k, gap);
@@ -65,7 +66,7 @@ Failure add_turn(Problem& p, const RealVec& of_place)
   for (int i = 0; i < s.rows.nfe * s.rows.dim; ++i) {
     const int k = s.rows.node_of_row[i / s.rows.dim] * s.rows.dim + i % s.rows.dim;
     if (s.bound.fixed[i] == DOF_FREE) p.st.n.a[k] += acc[i];
-    else if (!p.st.rf.empty()) p.st.rf[k] -= f[i];
+    else if (s.bound.fixed[i] == DOF_FIXED && !p.st.rf.empty()) p.st.rf[k] -= f[i];
   }
   const int first = grid.first * s.rows.dim;
   for (size_t i = 0; i < grid.a.size(); ++i)

@@ -33,7 +33,7 @@ def command(folder, name, deck, before="", after="", define=None):
 def run(words, ranks=1, limit=1800, **variables):
     """Runs a command; variables are added to the environment."""
     return run_limited(launcher(ranks) + words, limit, env=dict(os.environ, **variables), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                       universal_newlines=True)
+                       universal_newlines=True, errors="replace")
 
 
 def text_of(folder, name, ending):
