@@ -54,8 +54,7 @@ unsigned near_strength(const ElemBlock& b, const int* slot, const Pack& SS_max)
 {
   unsigned out = 0;
   for (int l = 0; l < PACK; ++l) {
-    const CrackLaw& c = b.law.crack;
-    const double ft   = c.least * c.strength * (b.scatter.empty() ? 1.0 : b.scatter[slot[l]]);
+    const double ft = b.law.crack.strength * (b.scatter.empty() ? 1.0 : b.scatter[slot[l]]);
     if (!(SS_max[l] <= ft * ft)) out |= 1u << l;
   }
   return out;

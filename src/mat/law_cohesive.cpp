@@ -218,7 +218,6 @@ CrackLaw crack_of(const FractureDef& d)
   c.softening = d.softening;
   c.strength  = d.ft;
   c.gc        = d.gc;
-  c.least     = d.track ? LEAST_COSINE : 1.0;
   return c;
 }
 

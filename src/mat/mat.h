@@ -38,7 +38,6 @@ struct CrackLaw {
   double box[3] = {0, 0, 0}, F[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   double band = 0.0;           // material point: width of its band by the cells at t(n) (2.36b), 0: it stays
   double across[3] = {0, 0, 0};        // mean normal of the cracks of the element at t(n); 0: widths stay
-  double least = 1.0;          // TRACK: may begin at this part of the strength            (2.36c)
   CrackTangent tangent = CRACK_TANGENT;      // KernelMode
 };
 
