@@ -186,7 +186,7 @@ const double BOUND_TOL = 0.03;
 // tangent of the angle between normals of a face above which it has no bounds: time only  (no test)
 const double MAX_TILT = 0.5;
 // a point below a face meets it if it is beside it by at most this part of its depth (contact_meet)
-const double BESIDE = 0.25;
+const double BESIDE = 0.25;            // (no test)
 
 // Present position of a face, and bounds of the points that meet it (contact_meet): heights over the plane
 // through its centre, and planes through its edges (in the plane: its ends). None with nodes between corners

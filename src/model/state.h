@@ -276,6 +276,7 @@ struct StepClock {             // time of the present step
   // of converted and released points at the last check                                      (6.30) - (6.32)
   double stable = 0, system = 0;
   long broke = 0;
+  int measured = 0;            // explicit: StepLog::inc_total when the system was measured last
   double xi = 0;               // explicit: largest damping ratio of the bulk viscosity in the last increment
   // explicit: increment of the stage, smallest stable one in it; 0: none                   (6.32)
   double stage = 0, stage_least = 0;
@@ -289,6 +290,7 @@ inline bool clock_over(const Step& s, const StepClock& c) { return s.arc.on ? c.
 
 struct GridLaid {              // positions of corners and bonds when the active grid was made
   RealVec uc, xb;              // [ncorner*dim], [nbond*dim]; empty: grid to be rebuilt
+  int inc = 0;                 // StepLog::inc_total then
   long made = -1;              // ActiveGrid::made; not saved
   // does it fit these sizes (a rank may have no corner), or is the grid to be rebuilt?
   bool fits(std::size_t nuc, std::size_t nxb) const

@@ -206,9 +206,9 @@ inline void io(Archive& f, ContactLog& x)
 inline void io(Archive& f, StepClock& x)
 {
   auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke,
-         xi, stage, stage_least, load, load_most, ended] = x;
-  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke, xi,
-         stage, stage_least, load, load_most, ended);
+         measured, xi, stage, stage_least, load, load_most, ended] = x;
+  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke,
+         measured, xi, stage, stage_least, load, load_most, ended);
 }
 
 // the ranks of points follow after the points: io_point_ranks
@@ -246,7 +246,7 @@ inline void io(Archive& f, ErosionLog& x)
 
 inline void io(Archive& f, GridLaid& x)
 {
-  io_all(f, of_corners(x.uc), of_bonds(x.xb));
+  io_all(f, of_corners(x.uc), of_bonds(x.xb), x.inc);
 }
 
 // between increments level n+1 equals n. First the division, which rank 0 reads alone to divide the model in

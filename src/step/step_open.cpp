@@ -335,7 +335,7 @@ Failure lay_grid(Problem& p, const Step& s, const RealVec& xb, bool stays)
   State& st = p.st;
   for (bool again = true; again;) {
     int worst = 0;
-    if (!stays) st.laid = {st.n.uc, xb};
+    if (!stays) st.laid = {st.n.uc, xb, st.log.inc_total};
     const Status status =
         grid_activate(p.m, st.points, st.bonds, p.d.owned, st.laid.uc, st.laid.xb, p.d.grid, &worst);
     st.laid.made = p.d.grid.made;
@@ -438,8 +438,8 @@ void open_bands(Problem& p)
   const int came  = point_bands(p.m, st.points, st.n, st.laid.uc, p.d.point_law);
   if (came == 0 || !p.warned.insert("points came into open cells").second) return;
   log_warn("time %.8g: %d material points begin to crack in grid cells whose crack is open: their body "
-           "moves through the grid while it cracks, and dissipates 0.8 to 1.3 times the toughness; use "
-           "elements for a crack that needs a number",
+           "moves through the grid while it cracks, or E Gc/ft^2 is less than five cells; the crack "
+           "dissipates 0.8 to 1.3 times the toughness. Use smaller cells, or elements",
            st.n.time, came);
 }
 

@@ -13,7 +13,8 @@ namespace {
 
 // Increments after which the stable increment is computed again, since elements deform  (no test)
 const int CHECK_EVERY = 20;
-// Increments after which it is measured again when there are bonds, since the grid moves  (no test)
+// Increments after which it is measured again when there are bonds, since the grid moves; with a grid that
+// was reset meanwhile, CHECK_EVERY  (test: patch/explicit_bond_reset.inp)
 const int MEASURE_EVERY = 200;
 // Increments of a stage, in which the increment only decreases. An increment that follows the motion drives
 // it: contact that opens and closes with an oscillation of four increments makes it grow by 1 % in each.
@@ -382,8 +383,10 @@ Failure step_stable(Problem& p, const Step& s)
     c.stable = std::min(c.stable, points);
   }
   c.broke = changes(st);
-  if (begins || (st.log.inc % MEASURE_EVERY == 0 && tied(p))) {
+  const bool reset = st.laid.inc > c.measured && st.log.inc_total - c.measured >= CHECK_EVERY;
+  if (begins || ((reset || st.log.inc % MEASURE_EVERY == 0) && tied(p))) {
     double omega2 = 0.0;
+    c.measured = st.log.inc_total;
     const Failure failure = measure(p, s, omega2);
     const bool partly = failure.status == MASS_FAILED && (!begins || omega2 > 0.0);
     if (!failure.ok() && !partly) return failure;
