@@ -92,7 +92,7 @@ double turn_wanted(const Tracker& t, int e, const double* x, const double* d)
   const double r = mean_radius(t, e), at[3] = {x[0], x[1], 0.0};
   double S[3] = {0, 0, 0};
   frac_in_ball(t.fm, at, CUT * r, [&](int o, double) {
-    if (t.el.initial_block[o] < 0 || t.el.broken(o) >= 0 || t.fr.phase[o] != AS_ELEMENT) return;
+    if (t.el.initial_block[o] < 0 || !intact(t, o)) return;
     for (int g = 0; g < t.shape(o).ngp; ++g) {
       IpFields f;
       elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, o, g, f);

@@ -216,11 +216,12 @@ struct CellBox {
 };
 
 // mean strain across the cracks in the cells that cracked points reach into. Collective
+//   out  strain   across the crack of each point of this rank [npoint]
 std::vector<CellSum> cell_strains(const Model& m, const Points& pts, const PointLaws& law, const Level& l,
-                                  const RealVec& laid)
+                                  const RealVec& laid, RealVec& strain)
 {
   std::vector<CellSum> cracked, all;
-  RealVec strain(pts.npoint, 0.0);
+  strain.assign(pts.npoint, 0.0);
   for (int p = 0; p < pts.npoint; ++p) {
     if (!may_crack(m, pts, p) || !point_counts(m, pts, p)) continue;
     strain[p] = crack_strain(m, pts, law, l, p);
@@ -284,10 +285,10 @@ Eigen::Vector3d mean_axis(const double* A)
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(full).eigenvectors().col(2);
 }
 
-// width of the band of point p, 0: it has no crack, no traction, or is closed; came: counts points that have
-// come into cells whose crack is open
+// width of the band of point p with this strain across its crack, 0: no crack, no traction, or closed;
+// came: counts points that have come into cells whose crack is open
 double band_of(const Model& m, const Points& pts, const PointLaws& law, const Level& l, const RealVec& laid,
-               const std::vector<CellSum>& cells, int p, double& came)
+               const std::vector<CellSum>& cells, int p, double strain, double& came)
 {
   const double k = crack_opening(law.body[pts.body[p]], history_at(l.hp, law.history, p));
   if (k == 0.0) return 0.0;
@@ -295,7 +296,6 @@ double band_of(const Model& m, const Points& pts, const PointLaws& law, const Le
   point_crack(m, pts, l, p, CRACK_TANGENT, of);
   if (k >= crack_open(of.crack)) return 0.0;
   const OpenCells open = open_cells(m, pts, laid, cells, p);
-  const double strain = crack_strain(m, pts, law, l, p);
   if (open.strain == 0.0 || strain == 0.0) return 0.0;
   const double box  = crack_width(of.crack, mean_axis(open.opening).data()), w = box * open.strain,
                most = std::max(box, MAX_LIMIT * crack_max_width(of));
@@ -310,13 +310,14 @@ int point_bands(const Model& m, const Points& pts, const Level& l, const RealVec
 {
   law.band.clear();
   if (std::none_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fracture >= 0; })) return 0;
-  const std::vector<CellSum> cells = cell_strains(m, pts, law, l, laid);
+  RealVec strain;
+  const std::vector<CellSum> cells = cell_strains(m, pts, law, l, laid, strain);
   if (cells.empty()) return 0;
   double came = 0.0;
   law.band.assign(pts.npoint, 0.0);
   for (int p = 0; p < pts.npoint; ++p)
     if (may_crack(m, pts, p) && point_counts(m, pts, p))
-      law.band[p] = band_of(m, pts, law, l, laid, cells, p, came);
+      law.band[p] = band_of(m, pts, law, l, laid, cells, p, strain[p], came);
   comm_sum(&came, 1);
   return static_cast<int>(came);
 }
