@@ -56,8 +56,8 @@ inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int
   }
   typedef double Block __attribute__((vector_size(32), may_alias));
   typedef double BlockAt __attribute__((vector_size(32), aligned(8), may_alias));
-  typedef long Places __attribute__((vector_size(32)));
-  const Places turn[2] = {{0, 1, 2, 3}, {0, 2, 1, 3}};
+  typedef long Lanes __attribute__((vector_size(32)));
+  const Lanes turn[2] = {{0, 1, 2, 3}, {0, 2, 1, 3}};
   const int pairs = pair_count(n), turned = PACK / 4;
   for (int a = 0; a < n; ++a) k[pair_index(a, a) * 4 + 1] = Pack{};
   for (int pair = 0; pair < pairs; pair += turned) {

@@ -118,10 +118,10 @@ int mass_factor(const Dofs& s, MassRowsOf of, const RealVec& f, RealVec& x)
   part.val  = s.mass.M;
   part.halo = s.pattern.A.halo;
   const SysMatrix M = sys_collect(part, true);
-  RealVec held(s.rows.neq());
+  RealVec fixed_row(s.rows.neq());
   for (int i = 0; i < s.rows.neq(); ++i)
-    held[i] = s.bound.fixed[i] || i < first * D || !(s.mass.M_diag[i / D] > 0.0) ? 1.0 : 0.0;
-  const RealVec F = collect(s.pattern.A.halo, D, f), fixed = collect(s.pattern.A.halo, D, held);
+    fixed_row[i] = s.bound.fixed[i] || i < first * D || !(s.mass.M_diag[i / D] > 0.0) ? 1.0 : 0.0;
+  const RealVec F = collect(s.pattern.A.halo, D, f), fixed = collect(s.pattern.A.halo, D, fixed_row);
   RealVec X   = collect(s.pattern.A.halo, D, x);
   bool solved = true;
   for (int i = 0; i < D && comm_rank() == 0; ++i) {

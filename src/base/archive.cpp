@@ -157,9 +157,9 @@ void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::
   archive_count(f, static_cast<std::size_t>(each) * all_units);
   if (unit == 0) return;
   Slice s;
-  const long held = window(unit * all_units, part.whole);
-  for (long lo = 0; lo < part.whole; lo += held) {
-    const long hi = std::min(lo + held, static_cast<long>(part.whole));
+  const long chunk = window(unit * all_units, part.whole);
+  for (long lo = 0; lo < part.whole; lo += chunk) {
+    const long hi = std::min(lo + chunk, static_cast<long>(part.whole));
     s = next_slice(part, hi, s);
     std::vector<char> own;
     std::size_t at = s.unit;
@@ -203,9 +203,9 @@ void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, 
   std::size_t from = f.at;
   int good = 1;
   Slice s;
-  const long held = window(of_all * one, part.whole);
-  for (long lo = 0; lo < part.whole; lo += held) {
-    const long hi = std::min(lo + held, static_cast<long>(part.whole));
+  const long chunk = window(of_all * one, part.whole);
+  for (long lo = 0; lo < part.whole; lo += chunk) {
+    const long hi = std::min(lo + chunk, static_cast<long>(part.whole));
     s = next_slice(part, hi, s);
     const auto list = comm_gather(items_of(part, s, false));
     std::vector<std::vector<char>> to(comm_size());

@@ -41,8 +41,8 @@ long threads()
 {
   const long ranks = local_ranks();
   if (ranks <= 0) return 1;
-  cpu_set_t mine;
-  const long bound = sched_getaffinity(0, sizeof mine, &mine) == 0 ? CPU_COUNT(&mine) : 1;
+  cpu_set_t allowed;
+  const long bound = sched_getaffinity(0, sizeof allowed, &allowed) == 0 ? CPU_COUNT(&allowed) : 1;
   return std::max(1L, std::min(bound, sysconf(_SC_NPROCESSORS_ONLN) / ranks));
 }
 

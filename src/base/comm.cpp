@@ -100,17 +100,17 @@ void sum_short(double* x, int n)
 // each rank sums its slice of x, and sends it to all
 void sum_slices(double* x, int n)
 {
-  IntVec count(nranks), first(nranks), mine(nranks), offset(nranks);
+  IntVec count(nranks), first(nranks), length(nranks), offset(nranks);
   for (int r = 0; r < nranks; ++r) {
     first[r] = static_cast<int>(static_cast<long>(n) * r / nranks);
     count[r] = static_cast<int>(static_cast<long>(n) * (r + 1) / nranks) - first[r];
   }
   for (int r = 0; r < nranks; ++r) {
-    mine[r]  = count[rank];
+    length[r] = count[rank];
     offset[r] = count[rank] * r;
   }
   RealVec part(static_cast<size_t>(count[rank]) * nranks);
-  MPI_Alltoallv(x, count.data(), first.data(), MPI_DOUBLE, part.data(), mine.data(), offset.data(),
+  MPI_Alltoallv(x, count.data(), first.data(), MPI_DOUBLE, part.data(), length.data(), offset.data(),
                 MPI_DOUBLE, world);
   add_parts(part, count[rank], x + first[rank]);
   MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x, count.data(), first.data(), MPI_DOUBLE, world);

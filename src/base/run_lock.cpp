@@ -15,7 +15,7 @@
 namespace {
 
 int handle = -1;               // of the open lock file
-std::string held;              // its path
+std::string lock_path;         // of this run
 
 std::string host_name()
 {
@@ -44,9 +44,9 @@ bool write_owner(int file)
 // is the open file still the one at this path? Its owner may have removed it in between
 bool same_file(int file, const std::string& path)
 {
-  struct stat mine, there;
-  return fstat(file, &mine) == 0 && stat(path.c_str(), &there) == 0 && mine.st_dev == there.st_dev &&
-         mine.st_ino == there.st_ino;
+  struct stat opened, there;
+  return fstat(file, &opened) == 0 && stat(path.c_str(), &there) == 0 && opened.st_dev == there.st_dev &&
+         opened.st_ino == there.st_ino;
 }
 
 bool alive(long process) { return kill(static_cast<pid_t>(process), 0) == 0 || errno == EPERM; }
@@ -97,7 +97,7 @@ Taken try_lock(const std::string& path, std::string& message)
     return close(file), REFUSED;
   }
   handle = file;
-  held   = path;
+  lock_path = path;
   return TAKEN;
 }
 
@@ -137,7 +137,7 @@ bool lock_held(const std::string& path, std::string& owner)
 void lock_release()
 {
   if (handle < 0) return;
-  unlink(held.c_str());
+  unlink(lock_path.c_str());
   close(handle);
   handle = -1;
 }

@@ -724,15 +724,15 @@ int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
 void claim_bonds(Bonds& b)
 {
   const int ranks = comm_size(), me = comm_rank();
-  std::vector<std::vector<char>> tell(ranks);
+  std::vector<std::vector<char>> own(ranks);
   for (int r = 0; r < ranks; ++r)
-    for (int q : b.halo.common[r]) tell[r].push_back(b.rank[q] == me);
-  const std::vector<std::vector<char>> told = comm_exchange(tell);
+    for (int q : b.halo.common[r]) own[r].push_back(b.rank[q] == me);
+  const std::vector<std::vector<char>> claims = comm_exchange(own);
   for (int& rank : b.rank)
     if (rank != me) rank = -1;
   for (int r = 0; r < ranks; ++r)
-    for (size_t i = 0; i < told[r].size(); ++i)
-      if (told[r][i]) b.rank[b.halo.common[r][i]] = r;
+    for (size_t i = 0; i < claims[r].size(); ++i)
+      if (claims[r][i]) b.rank[b.halo.common[r][i]] = r;
 }
 
 }  // namespace

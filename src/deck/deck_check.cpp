@@ -599,7 +599,7 @@ void check_grid_friction(Deck& d, const Model& m)
       fault(d, "GRID BOUNDARY", b.deck_line, "FRICTION", "FRICTION: " + why);
     };
     if (b.first != b.axis || b.last != b.axis)
-      refuse_it("the plane is held along another direction than across; write that direction alone");
+      refuse_it("the plane is fixed along another direction than across; write that direction alone");
     if (b.side == 0)
       refuse_it("write an end of the grid, XMIN to ZMAX: between its ends both sides may press");
     if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return !s.explicit_steps(); }))

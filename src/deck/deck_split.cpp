@@ -453,16 +453,16 @@ void check_centres(Deck& d, const Model& m, const SplitMesh& s)
 }
 
 // nodes that values, also along local directions, or equations hold in direction i
-std::vector<char> held_nodes(const Model& m, int i, const std::vector<Prescribed>& values)
+std::vector<char> fixed_nodes(const Model& m, int i, const std::vector<Prescribed>& values)
 {
-  std::vector<char> held(m.mesh.nnode(), 0), turned(m.mesh.nnode(), 0);
+  std::vector<char> fixed(m.mesh.nnode(), 0), turned(m.mesh.nnode(), 0);
   for (const Frame& f : m.frame) turned[f.node] = 1;
   for (const Equation& e : m.equation)
-    if (e.of == EQUATION_GIVEN && e.term[0].dof == i) held[e.term[0].node] = 1;
+    if (e.of == EQUATION_GIVEN && e.term[0].dof == i) fixed[e.term[0].node] = 1;
   for (const Prescribed& b : values)
     for (int n : b.node)
-      if (has_direction(b, i) || turned[n]) held[n] = 1;
-  return held;
+      if (has_direction(b, i) || turned[n]) fixed[n] = 1;
+  return fixed;
 }
 
 // values that act in a step: where a face has nodes fixed by different means, or in different steps, the node
@@ -470,10 +470,10 @@ std::vector<char> held_nodes(const Model& m, int i, const std::vector<Prescribed
 void check_means(Deck& d, const Model& m, const SplitMesh& s, const std::vector<Prescribed>& values)
 {
   for (int i = 0; i < m.dim; ++i) {
-    const std::vector<char> held = held_nodes(m, i, values);
+    const std::vector<char> fixed = fixed_nodes(m, i, values);
     const auto free_centre = [&](const Made& c) {
-      return c.of_face && !held[c.node] &&
-             std::all_of(c.around.begin(), c.around.end(), [&](int n) { return held[n]; });
+      return c.of_face && !fixed[c.node] &&
+             std::all_of(c.around.begin(), c.around.end(), [&](int n) { return fixed[n]; });
     };
     const auto c = std::find_if(s.made.begin(), s.made.end(), free_centre);
     if (c == s.made.end()) continue;
@@ -484,9 +484,9 @@ void check_means(Deck& d, const Model& m, const SplitMesh& s, const std::vector<
     const auto b = std::find_if(values.begin(), values.end(), holds);
     if (b == values.end()) continue;
     return fault(d, "BOUNDARY", b->deck_line, "",
-                 text_format("all nodes of a face at node %d are held in direction %d, some by equations, "
+                 text_format("all nodes of a face at node %d are fixed in direction %d, some by equations, "
                              "local directions or in another step, but the face is split and the node at "
-                             "its centre is free; hold the face by one node set in one step, or use "
+                             "its centre is free; fix the face by one node set in one step, or use "
                              "C3D10, CPE6 or linear elements there",
                              m.mesh.node_label[around[0]], i + 1));
   }

@@ -38,19 +38,19 @@ typedef double PackRow __attribute__((vector_size(8 * PACK), aligned(8), may_ali
 // pack_turn : x [PACK] transposed, rows to columns
 inline void pack_turn(Pack* x)
 {
-  typedef long Places __attribute__((vector_size(8 * PACK)));
+  typedef long Lanes __attribute__((vector_size(8 * PACK)));
 #if defined(__AVX512F__)
-  const Places low[3]  = {{0, 8, 2, 10, 4, 12, 6, 14},
+  const Lanes low[3]  = {{0, 8, 2, 10, 4, 12, 6, 14},
                           {0, 1, 8, 9, 4, 5, 12, 13},
                           {0, 1, 2, 3, 8, 9, 10, 11}},
                high[3] = {{1, 9, 3, 11, 5, 13, 7, 15},
                           {2, 3, 10, 11, 6, 7, 14, 15},
                           {4, 5, 6, 7, 12, 13, 14, 15}};
 #elif defined(__AVX__)
-  const Places low[2]  = {{0, 4, 2, 6}, {0, 1, 4, 5}},
+  const Lanes low[2]  = {{0, 4, 2, 6}, {0, 1, 4, 5}},
                high[2] = {{1, 5, 3, 7}, {2, 3, 6, 7}};
 #else
-  const Places low[1] = {{0, 2}}, high[1] = {{1, 3}};
+  const Lanes low[1] = {{0, 2}}, high[1] = {{1, 3}};
 #endif
 #pragma GCC unroll 3
   for (int s = 0; 1 << s < PACK; ++s)
@@ -80,10 +80,10 @@ inline Pack pack_gather(const double* const* x, int i)
 inline void pack_gather_two(const double* const* x, Pack* out)
 {
 #if defined(__AVX__) && !defined(__AVX512F__)
-  typedef long Places __attribute__((vector_size(8 * PACK)));
+  typedef long Lanes __attribute__((vector_size(8 * PACK)));
   const Pack a = {x[0][0], x[0][1], x[2][0], x[2][1]}, b = {x[1][0], x[1][1], x[3][0], x[3][1]};
-  out[0] = __builtin_shuffle(a, b, Places{0, 4, 2, 6});
-  out[1] = __builtin_shuffle(a, b, Places{1, 5, 3, 7});
+  out[0] = __builtin_shuffle(a, b, Lanes{0, 4, 2, 6});
+  out[1] = __builtin_shuffle(a, b, Lanes{1, 5, 3, 7});
 #else
   for (int i = 0; i < 2; ++i) out[i] = pack_gather(x, i);
 #endif

@@ -80,9 +80,9 @@ void domain_box(const Model& m, const Points& pts, const RealVec& uc, int p, dou
     volume *= hi[i] - lo[i];
   }
   const Body& body  = m.body[pts.body[p]];
-  const double mine = std::fabs(point_gradient(pts, m.dim, uc, p).determinant()) * pts.V0[p] /
+  const double own  = std::fabs(point_gradient(pts, m.dim, uc, p).determinant()) * pts.V0[p] /
                       (m.dim == 2 ? body.thickness : 1.0),
-               scale = volume > mine ? std::pow(mine / volume, 1.0 / m.dim) : 1.0;
+               scale = volume > own ? std::pow(own / volume, 1.0 / m.dim) : 1.0;
   for (int i = 0; i < m.dim && scale < 1.0; ++i) {
     const double half = 0.5 * scale * (hi[i] - lo[i]);
     lo[i] = mid[i] - half;

@@ -151,9 +151,9 @@ void join_values(const RealVec& val, FirstAlone& f)
 
 RealVec join_vector(int D, const RealVec& b, const FirstAlone& f)
 {
-  RealVec mine, all(f.key.size() * D);
-  for (int I : f.own) mine.insert(mine.end(), b.begin() + long(I) * D, b.begin() + long(I + 1) * D);
-  const std::vector<RealVec> part = to_first(mine);
+  RealVec own, all(f.key.size() * D);
+  for (int I : f.own) own.insert(own.end(), b.begin() + long(I) * D, b.begin() + long(I + 1) * D);
+  const std::vector<RealVec> part = to_first(own);
   for (size_t r = 0; r < part.size() && comm_rank() == 0; ++r)
     for (size_t k = 0; k < f.row[r].size(); ++k)
       std::copy_n(&part[r][k * D], D, &all[static_cast<size_t>(f.row[r][k]) * D]);
@@ -167,10 +167,10 @@ void share_vector(const SysMatrix& A, const RealVec& all, const FirstAlone& f, R
   for (int r = 0; r < comm_size() && comm_rank() == 0; ++r)
     for (int I : f.row[r])
       to[r].insert(to[r].end(), all.begin() + long(I) * D, all.begin() + long(I + 1) * D);
-  const RealVec mine = comm_exchange(to)[0];
+  const RealVec own = comm_exchange(to)[0];
   x.resize(A.neq());
   for (size_t k = 0; k < f.own.size(); ++k)
-    std::copy_n(&mine[k * D], D, &x[static_cast<size_t>(f.own[k]) * D]);
+    std::copy_n(&own[k * D], D, &x[static_cast<size_t>(f.own[k]) * D]);
   halo_copy(A.halo, D, x);
 }
 
