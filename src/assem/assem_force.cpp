@@ -165,18 +165,19 @@ Failure add_pack(const Model& m, const Elements& el, State& st, const Dofs& dofs
 {
   const Mesh& mesh = m.mesh;
   if (w.n == 0) return STATUS_OK;
+  const bool bulk = mode.bulk && !mode.mid;
   Pack u0[N * D], u1[N * D], re[N * D];
   double psi[PACK];
   const auto numbers = [](Pack* x) { return reinterpret_cast<double*>(x); };
   unsigned bad, opens;
   w.fill();
-  if (mode.bulk || mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, N, D, numbers(u0));
+  if (bulk || mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, N, D, numbers(u0));
   elem_ends_pack(st.np1.u, mesh, b, w.slot, N, D, numbers(u1));
   const Status status = form(b, w.slot, mode, numbers(u0), numbers(u1), numbers(re), nullptr, bad,
                              energy ? psi : nullptr, b.opens() ? &opens : nullptr);
   const Status cracks =
       b.opens() ? open_cracks<N * D>(m, el, mode, b, w, opens, st, re, energy ? psi : nullptr) : STATUS_OK;
-  if (mode.bulk)
+  if (bulk)
     elem_bulk_pack(b)(b, w.slot, w.n, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, *mode.bulk,
                       numbers(re));
   add_force_pack<D, N>(mesh, dofs, b, w.slot, w.n, re, fint);
@@ -238,16 +239,28 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
       failure = {BAD_JACOBIAN, AT_ELEMENT, e};
     add_force(dofs, elem_nodes(mesh, b, slot), N, D, re, fint);
     if (energy && el.broken(e) < 0) (*energy)[e] = elem_energy_one(m, el, e, st.np1, 1.0, mode.finite);
-    if (mode.bulk && el.broken(e) < 0)
+    if (mode.bulk && !mode.mid && el.broken(e) < 0)
       add_bulk<D, N>(mesh, dofs, mode, b, slot, elem_cracked(st.n, e), st, fint);
   }
   flush();
+}
+
+// bulk viscosity of the energy-momentum scheme                                     (6.49)
+void add_bulk_mid(const Mesh& mesh, const Elements& el, const Dofs& dofs, const KernelMode& mode,
+                  const State& st, RealVec& fint)
+{
+  double re[MAX_NODES * 3], loss;
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live)
+      if (elem_bulk_mid(mesh, el, b, slot, st.n, st.np1, mode.finite, *mode.bulk, re, nullptr, loss))
+        add_force(dofs, elem_nodes(mesh, b, slot), shape_info[b.shape].nen, dofs.rows.dim, re, fint);
 }
 
 Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const KernelMode& mode, State& st,
                      RealVec& fint, RealVec* energy)
 {
   Failure failure;             // the last one
+  if (mode.bulk && mode.mid) add_bulk_mid(m.mesh, el, dofs, mode, st, fint);
   for (const ElemBlock& b : el.block)
     by_shape(b.shape, [&](auto z) { add_block<z.D, z.N>(m, el, dofs, mode, b, st, fint, energy, failure); });
   return failure;

@@ -115,6 +115,22 @@ void add_elements(const Model& m, const Elements& el, const KernelMode& mode, bo
   }
 }
 
+// bulk viscosity of the energy-momentum scheme                                     (6.49)
+template <int D>
+void add_bulk_mid(const Mesh& mesh, const Elements& el, const KernelMode& mode, const State& st, Dofs& dofs)
+{
+  const int* map = dofs.pattern.elem_map.data();
+  double re[MAX_NODES * D], ke[pair_count(MAX_NODES) * D * D], loss;
+  for (const ElemBlock& b : el.block) {
+    const int nen = shape_info[b.shape].nen;
+    for (int slot : b.live) {
+      if (elem_bulk_mid(mesh, el, b, slot, st.n, st.np1, mode.finite, *mode.bulk, re, ke, loss))
+        add_pairs<D>(dofs.pattern.A, map, nen, ke);
+      map += pair_count(nen);
+    }
+  }
+}
+
 template <int D>
 void add_points(const Model& m, const Discretisation& d, const KernelMode& mode, State& st, Dofs& dofs)
 {
@@ -217,6 +233,7 @@ void add_local(const Model& m, const Discretisation& d, const KernelMode& mode, 
                Dofs& s)
 {
   add_elements<D>(m, d.el, mode, false, st, s);
+  if (mode.bulk && mode.mid) add_bulk_mid<D>(m.mesh, d.el, mode, st, s);
   add_points<D>(m, d, mode, st, s);
   add_bonds<D>(m, d.pairs, st, mode, j, s);
   add_ghosts<D>(d.grid, s);

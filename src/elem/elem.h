@@ -34,7 +34,7 @@ struct ElemBlock {
   RealVec node_offset;         // cohesive: [kind][nen][dim] nodes relative to the first one  length
   RealVec scatter;             // cohesive: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
-  RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
+  RealVec mean;                // bulk viscosity: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
   // cohesive cracks
   bool opens() const { return law_opens(law.kind); }
   // enhanced strains with an initial stress (2.46)
@@ -274,8 +274,8 @@ double elem_stable(const Model& m, Elements& el, const Level& l, bool nlgeom, in
 struct BulkStep {
   double linear = 0.0, quadratic = 0.0;        // coefficients
   double dt = 0.0;             // length of the increment; 0: the pressures of t(n) act on
-  double loss = 0.0;           // energy dissipated by elements so far
-  double xi = 0.0;             // largest damping ratio so far
+  double loss = 0.0;           // explicit: energy dissipated by elements so far
+  double xi = 0.0;             // explicit: largest damping ratio so far
 };
 
 // bulk_stress : rho L (b1 c + b2^2 L <-rate>) rate, and the damping ratio xi; rate: change of volume over
@@ -295,6 +295,19 @@ inline Real bulk_stress(const BulkStep& k, double density, double c, Real size, 
 using ElemBulkPack = void (*)(const ElemBlock& b, const int* slot, int n, const double* u0, const double* u1,
                               bool finite, const RealVec& q0, RealVec& q1, BulkStep& k, double* re);
 ElemBulkPack elem_bulk_pack(const ElemBlock& b);
+
+// elem_bulk_mid : force and tangent of the bulk viscosity of the element in the slot over an increment of the
+// energy-momentum scheme, unless the element is broken, rigid or open at t(n)        doc/theory.md (6.49)
+//   in   l0, l1   levels at t(n), t(n+1)
+//   out  re       force [nen*dim];   ke  unless null: tangent of node pairs a >= b [pairs][dim*dim]
+//        loss     energy that it dissipates
+//   false: none
+bool elem_bulk_mid(const Mesh& mesh, const Elements& el, const ElemBlock& b, int slot, const Level& l0,
+                   const Level& l1, bool finite, const BulkStep& k, double* re, double* ke, double& loss);
+
+// elem_bulk_loss : sum of loss over the elements of this rank
+double elem_bulk_loss(const Mesh& mesh, const Elements& el, const Level& l0, const Level& l1, bool finite,
+                      const BulkStep& k);
 
 // elem_dissipated : adds the energy that the elements of this rank have dissipated: by plastic flow, by
 // cohesive cracks

@@ -4,6 +4,10 @@
 
 namespace {
 
+// least change of volume by which the rate is divided: an element that is turned inside out is refused by its
+// stress  (no test)
+const double LEAST_J = 0.01;
+
 // change of volume over volume at t = 0 of the mean gradient H
 template <int D>
 inline Pack volume_change(bool finite, const Pack* H)
@@ -55,7 +59,72 @@ void bulk_pack(const ElemBlock& b, const int* slot, int n, const double* u0, con
     }
 }
 
+// the same over an increment, by the gradient at its middle                                        (6.49)
+template <int D, int N>
+double bulk_mid(const ElemBlock& b, int slot, const double* u0, const double* u1, bool finite,
+                const BulkStep& k, double* re, double* ke)
+{
+  const double* mean = &b.mean[static_cast<size_t>(b.kind[slot]) * (N * D + 2)];
+  const double volume = mean[N * D], c = std::sqrt((b.law.lam + 2.0 * b.law.mu) / b.density);
+  double mid[N * D], grow[N * D], H[D * D], dH[D * D], cof[D * D] = {}, g[N * D];
+  for (int i = 0; i < N * D; ++i) {
+    mid[i]  = 0.5 * (u0[i] + u1[i]);
+    grow[i] = u1[i] - u0[i];
+  }
+  ip_gradient<D, N>(mean, N, mid, H);
+  ip_gradient<D, N>(mean, N, grow, dH);
+  const double J = finite ? ip_det<D>(H) : 1.0;
+  if (finite) ip_cofactor<D>(H, cof);
+  else
+    for (int i = 0; i < D; ++i) cof[i * D + i] = 1.0;
+  double change = 0.0, xi;
+  for (int i = 0; i < D * D; ++i) change += cof[i] * dH[i];
+  for (int a = 0; a < N; ++a)
+    for (int i = 0; i < D; ++i) {
+      g[a * D + i] = 0.0;
+      for (int j = 0; j < D; ++j) g[a * D + i] += cof[i * D + j] * mean[a * D + j];
+    }
+  const double size = mean[N * D + 1] + c * k.dt, rate = change / (std::max(J, LEAST_J) * k.dt);
+  const double q = bulk_stress(k, b.density, c, size, rate, xi);
+  for (int i = 0; i < N * D; ++i) re[i] = volume * q * g[i];
+  if (ke) {
+    const double slope = volume * b.density * c * size * (2.0 * xi - k.linear) / (std::max(J, LEAST_J) * k.dt);
+    for (int a = 0; a < N; ++a)
+      for (int o = 0; o <= a; ++o)
+        for (int i = 0; i < D; ++i)
+          for (int j = 0; j < D; ++j) ke[(pair_index(a, o) * D + i) * D + j] = slope * g[a * D + i] * g[o * D + j];
+  }
+  return volume * q * change;
+}
+
 }  // namespace
+
+bool elem_bulk_mid(const Mesh& mesh, const Elements& el, const ElemBlock& b, int slot, const Level& l0,
+                   const Level& l1, bool finite, const BulkStep& k, double* re, double* ke, double& loss)
+{
+  const int e = b.elem[slot];
+  if (!elem_whole(el, l0, e) || (!el.rigid.empty() && el.rigid[e])) return false;
+  const int *node = elem_nodes(mesh, b, slot);
+  const int nen = shape_info[b.shape].nen, dim = shape_info[b.shape].dim;
+  double u0[MAX_NODES * 3], u1[MAX_NODES * 3];
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < dim; ++i) {
+      u0[a * dim + i] = l0.u[node[a] * dim + i];
+      u1[a * dim + i] = l1.u[node[a] * dim + i];
+    }
+  loss = by_shape(b.shape, [&](auto z) { return bulk_mid<z.D, z.N>(b, slot, u0, u1, finite, k, re, ke); });
+  return true;
+}
+
+double elem_bulk_loss(const Mesh& mesh, const Elements& el, const Level& l0, const Level& l1, bool finite,
+                      const BulkStep& k)
+{
+  double sum = 0.0, re[MAX_NODES * 3], loss;
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live)
+      if (elem_bulk_mid(mesh, el, b, slot, l0, l1, finite, k, re, nullptr, loss)) sum += loss;
+  return sum;
+}
 
 ElemBulkPack elem_bulk_pack(const ElemBlock& b)
 {

@@ -21,7 +21,7 @@ struct KernelMode {
   CrackTangent crack = CRACK_TANGENT;
   // viscous stress: factor of E(n+1) - E(n) in dE/dt; 1/dt, Newmark gamma/(beta dt); statics: 0     1/time
   double rate = 0.0;
-  BulkStep* bulk = nullptr;          // explicit: bulk viscosity of elements (6.35); null: none
+  BulkStep* bulk = nullptr;          // bulk viscosity of elements (6.35), (6.49); null: none
   double cD() const { return s_new; }
   double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
 };

@@ -501,7 +501,7 @@ struct Step {
   double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
   double alpha = 0.0;          // HHT: -1/3 ... 0
   double safety = 0.9;         // explicit: increment over the largest stable one
-  double bulk_linear = 0.0, bulk_quadratic = 0.0;      // explicit: coefficients of the bulk viscosity (6.35)
+  double bulk_linear = 0.0, bulk_quadratic = 0.0;      // coefficients of the bulk viscosity (6.35)
   // allowed energy imbalance, relative to the largest energy; 0: the default
   double balance = 0.0;
   bool extrapolate = true;     // statics: initial guess from the rate of the last increment
@@ -513,7 +513,12 @@ struct Step {
   std::vector<ModelChange> change;     // at the start of the step
   DeckLine deck_line;
   bool explicit_steps() const { return proc == PROC_DYNAMIC && scheme == SCHEME_EXPLICIT; }
-  bool bulk() const { return explicit_steps() && (bulk_linear > 0.0 || bulk_quadratic > 0.0); }
+  bool viscous() const { return bulk_linear > 0.0 || bulk_quadratic > 0.0; }
+  bool bulk() const { return explicit_steps() && viscous(); }
+  bool bulk_mid() const                // energy-momentum
+  {
+    return proc == PROC_DYNAMIC && scheme == SCHEME_ENERGY_MOMENTUM && viscous();
+  }
   bool over(double t) const { return t >= period * (1.0 - 1e-10); }     // is t the end of the step?
 };
 

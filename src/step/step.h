@@ -239,7 +239,7 @@ struct Attempt {
   double work = 0.0;             // plain: work of loads and supports over the increment
   RealVec* energy = nullptr;     // explicit: [nelem] energy of intact elements, if fracture is tested
   bool plain = false;            // explicit, no ties, no dampers: v and a of nodes are written to st.np1
-  BulkStep bulk{};               // explicit: bulk viscosity
+  BulkStep bulk{};               // bulk viscosity
   double friction = 0.0;         // explicit: energy that friction on planes of the grid takes
   Jumps jumps{};               // of du
   Start start{};
@@ -458,6 +458,9 @@ inline bool step_corners_shared(const Points& pts)
 {
   return (pts.part.on || pts.part.window) && pts.npoint_all() > 0 && pts.part.halo.on();
 }
+
+// step_bulk_means : ElemBlock::mean, for the bulk viscosity
+void step_bulk_means(Problem& p, const Step& s);
 
 // step_hold_bulk : explicit: mode with the pressures of the bulk viscosity at t(n)
 void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode);

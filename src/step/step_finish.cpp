@@ -92,11 +92,16 @@ void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, c
 {
   if (a.cM == 0.0) return;
   if (dofs.mass.damped) st.ledger.viscous += damping_work(dofs, a.du) / a.dt;
-  if (!model_viscous(m)) return;
-  double loss = elem_viscous_loss(m, d.el, st.n, st.np1, a.mode.finite) +
-                point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.rows.owned_point);
+  const bool viscous = model_viscous(m), bulk = a.step.bulk_mid();
+  if (!viscous && !bulk) return;
+  double loss = 0.0;
+  if (viscous)
+    loss = elem_viscous_loss(m, d.el, st.n, st.np1, a.mode.finite) +
+           point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.rows.owned_point);
+  loss /= a.dt;
+  if (bulk) loss += elem_bulk_loss(m.mesh, d.el, st.n, st.np1, a.mode.finite, a.bulk);
   comm_sum(&loss, 1);
-  st.ledger.viscous += loss / a.dt;
+  st.ledger.viscous += loss;
 }
 
 //   out  dv   [neq] change of the velocities of the grid

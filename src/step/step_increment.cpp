@@ -57,7 +57,7 @@ Failure augment(Problem& p, Attempt& a)
 // elements only, without NLGEOM, contact and fracture: the tangent does not depend on displacements
 bool linear_scene(const Model& m, const FracMesh& fm, const Points& pts, const Step& s)
 {
-  if (s.nlgeom || fm.on || pts.npoint_all()) return false;
+  if (s.nlgeom || fm.on || pts.npoint_all() || s.bulk_mid()) return false;
   for (const BondDef& b : m.bond)
     if (b.kind == BOND_CONTACT) return false;
   for (const Material& a : m.material)
@@ -284,6 +284,11 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
             newton_controls(p.m, p.d, st, s, dt)};
   if (s.explicit_steps()) a.total1 = a.load.total = st.clock.start + a.t1;   // bitwise t(n) of the next
   if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
+  if (s.bulk_mid()) {
+    step_bulk_means(p, s);
+    a.bulk      = {s.bulk_linear, s.bulk_quadratic, dt};
+    a.mode.bulk = &a.bulk;
+  }
   std::vector<RealVec*> vectors;
   if (s.proc == PROC_DYNAMIC && !s.explicit_steps())
     vectors = {&a.g, &a.momentum, &a.vgrid, &a.fint, &a.fext, &a.du};

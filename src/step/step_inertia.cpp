@@ -140,14 +140,19 @@ const double DAMPER_STEP = 1e-3;
 
 }  // namespace
 
+void step_bulk_means(Problem& p, const Step& s)
+{
+  int worst;
+  const auto bare = [](const ElemBlock& b) { return b.mean.empty(); };
+  if (std::any_of(p.d.el.block.begin(), p.d.el.block.end(), bare))
+    elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
+}
+
 void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode)
 {
   if (!s.bulk()) return;
-  int worst;
   p.st.n.q.resize(p.m.mesh.nelem(), 0.0);
-  const auto bare = [](const ElemBlock& b) { return b.mean.empty(); };
-  if (std::any_of(p.d.el.block.begin(), p.d.el.block.end(), bare))
-    elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);        // means of the elements
+  step_bulk_means(p, s);
   bulk      = {s.bulk_linear, s.bulk_quadratic, 0.0};
   mode.bulk = &bulk;
 }
