@@ -1,7 +1,7 @@
 #include "deck/card.h"
 #include "deck/deck_state.h"
 
-// *BULK VISCOSITY : [b1, b2], coefficients of the linear and quadratic part, also for later explicit steps
+// *BULK VISCOSITY : [b1, b2], coefficients of the linear and quadratic part, also for later steps
 void kw_bulk_viscosity(Card& card, Model& model)
 {
   Step& s = model.step.back();
@@ -14,6 +14,6 @@ void kw_bulk_viscosity(Card& card, Model& model)
   }
   if (s.proc != PROC_DYNAMIC || (s.scheme != SCHEME_ENERGY_MOMENTUM && !s.explicit_steps()))
     card_error(card, card.head.at,
-               "*BULK VISCOSITY requires explicit steps or SCHEME=ENERGY-MOMENTUM: write it after *DYNAMIC; in "
-               "other dynamic steps use BETA of *DAMPING");
+               "*BULK VISCOSITY requires explicit steps or SCHEME=ENERGY-MOMENTUM: write it after *DYNAMIC; "
+               "in other dynamic steps use BETA of *DAMPING");
 }

@@ -288,6 +288,50 @@ inline Real bulk_stress(const BulkStep& k, double density, double c, Real size, 
   return density * c * size * xi * rate;
 }
 
+// least det F by which the rate is divided: what is turned inside out is refused by its stress  (no test)
+const double LEAST_J = 0.01;
+
+// bulk_mid : bulk viscosity over an increment of the energy-momentum scheme, by the gradient at its middle
+//                                                                                  doc/theory.md (6.49)
+//   in   H0, H1   gradients of the displacement at t(n), t(n+1)   [D*D];   size: L + c dt
+//   out  cof      of the gradient at the middle                   [D*D]
+//        q        pressure;   slope  dq/d(change of volume)
+//   returns       change of volume over volume at t = 0
+template <int D>
+inline double bulk_mid(const BulkStep& k, double density, double c, double size, bool finite,
+                       const double* H0, const double* H1, double* cof, double& q, double& slope)
+{
+  double H[D * D], change = 0.0, xi;
+  for (int i = 0; i < D * D; ++i) H[i] = finite ? 0.5 * (H0[i] + H1[i]) : 0.0;
+  ip_cofactor<D>(H, cof);
+  for (int i = 0; i < D * D; ++i) change += cof[i] * (H1[i] - H0[i]);
+  const double scale = std::max(ip_det<D>(H), LEAST_J) * k.dt;
+  q     = bulk_stress(k, density, c, size, change / scale, xi);
+  slope = density * c * size * (2.0 * xi - k.linear) / scale;
+  return change;
+}
+
+// g [n*D] = cof dN_a/dX;  n: number of nodes
+template <int D>
+inline void bulk_rows(const double* cof, const double* dNdX, int n, double* g)
+{
+  for (int a = 0; a < n; ++a)
+    for (int i = 0; i < D; ++i) {
+      g[a * D + i] = 0.0;
+      for (int j = 0; j < D; ++j) g[a * D + i] += cof[i * D + j] * dNdX[a * D + j];
+    }
+}
+
+// ke [pairs a >= b][D*D] += slope g g
+template <int D>
+inline void bulk_tangent(double slope, const double* g, int n, double* ke)
+{
+  for (int a = 0, pair = 0; a < n; ++a)
+    for (int b = 0; b <= a; ++b, ++pair)
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) ke[(pair * D + i) * D + j] += slope * g[a * D + i] * g[b * D + j];
+}
+
 // elem_bulk_pack : adds the force of the bulk viscosity of the first n of PACK intact elements to re; u0, u1,
 // re as elem_form_pack                                                          doc/theory.md (6.35), (6.36)
 //   in   q0    pressures at t(n)     [nelem]

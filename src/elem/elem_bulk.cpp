@@ -4,10 +4,6 @@
 
 namespace {
 
-// least change of volume by which the rate is divided: an element that is turned inside out is refused by its
-// stress  (no test)
-const double LEAST_J = 0.01;
-
 // change of volume over volume at t = 0 of the mean gradient H
 template <int D>
 inline Pack volume_change(bool finite, const Pack* H)
@@ -59,40 +55,23 @@ void bulk_pack(const ElemBlock& b, const int* slot, int n, const double* u0, con
     }
 }
 
-// the same over an increment, by the gradient at its middle                                        (6.49)
+// force and tangent over an increment of the energy-momentum scheme; returns the energy dissipated   (6.49)
 template <int D, int N>
-double bulk_mid(const ElemBlock& b, int slot, const double* u0, const double* u1, bool finite,
+double form_mid(const ElemBlock& b, int slot, const double* u0, const double* u1, bool finite,
                 const BulkStep& k, double* re, double* ke)
 {
-  const double* mean = &b.mean[static_cast<size_t>(b.kind[slot]) * (N * D + 2)];
+  const double* mean  = &b.mean[static_cast<size_t>(b.kind[slot]) * (N * D + 2)];
   const double volume = mean[N * D], c = std::sqrt((b.law.lam + 2.0 * b.law.mu) / b.density);
-  double mid[N * D], grow[N * D], H[D * D], dH[D * D], cof[D * D] = {}, g[N * D];
-  for (int i = 0; i < N * D; ++i) {
-    mid[i]  = 0.5 * (u0[i] + u1[i]);
-    grow[i] = u1[i] - u0[i];
-  }
-  ip_gradient<D, N>(mean, N, mid, H);
-  ip_gradient<D, N>(mean, N, grow, dH);
-  const double J = finite ? ip_det<D>(H) : 1.0;
-  if (finite) ip_cofactor<D>(H, cof);
-  else
-    for (int i = 0; i < D; ++i) cof[i * D + i] = 1.0;
-  double change = 0.0, xi;
-  for (int i = 0; i < D * D; ++i) change += cof[i] * dH[i];
-  for (int a = 0; a < N; ++a)
-    for (int i = 0; i < D; ++i) {
-      g[a * D + i] = 0.0;
-      for (int j = 0; j < D; ++j) g[a * D + i] += cof[i * D + j] * mean[a * D + j];
-    }
-  const double size = mean[N * D + 1] + c * k.dt, rate = change / (std::max(J, LEAST_J) * k.dt);
-  const double q = bulk_stress(k, b.density, c, size, rate, xi);
+  double H0[D * D], H1[D * D], cof[D * D], g[N * D], q, slope;
+  ip_gradient<D, N>(mean, N, u0, H0);
+  ip_gradient<D, N>(mean, N, u1, H1);
+  const double change =
+      bulk_mid<D>(k, b.density, c, mean[N * D + 1] + c * k.dt, finite, H0, H1, cof, q, slope);
+  bulk_rows<D>(cof, mean, N, g);
   for (int i = 0; i < N * D; ++i) re[i] = volume * q * g[i];
   if (ke) {
-    const double slope = volume * b.density * c * size * (2.0 * xi - k.linear) / (std::max(J, LEAST_J) * k.dt);
-    for (int a = 0; a < N; ++a)
-      for (int o = 0; o <= a; ++o)
-        for (int i = 0; i < D; ++i)
-          for (int j = 0; j < D; ++j) ke[(pair_index(a, o) * D + i) * D + j] = slope * g[a * D + i] * g[o * D + j];
+    std::fill_n(ke, pair_count(N) * D * D, 0.0);
+    bulk_tangent<D>(volume * slope, g, N, ke);
   }
   return volume * q * change;
 }
@@ -112,7 +91,7 @@ bool elem_bulk_mid(const Mesh& mesh, const Elements& el, const ElemBlock& b, int
       u0[a * dim + i] = l0.u[node[a] * dim + i];
       u1[a * dim + i] = l1.u[node[a] * dim + i];
     }
-  loss = by_shape(b.shape, [&](auto z) { return bulk_mid<z.D, z.N>(b, slot, u0, u1, finite, k, re, ke); });
+  loss = by_shape(b.shape, [&](auto z) { return form_mid<z.D, z.N>(b, slot, u0, u1, finite, k, re, ke); });
   return true;
 }
 

@@ -338,6 +338,10 @@ void point_copy_corners(const Points& pts, int dim, const std::vector<RealVec*>&
 // point_energy : strain energy of the points in owned
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned);
 
+// point_bulk_loss : elem_bulk_loss of the points in owned
+double point_bulk_loss(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                       const Level& l0, Level& l1, const IntVec& owned);
+
 // point_viscous_loss : elem_viscous_loss of the points in owned; law [body]
 double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, const Level& l0, const Level& l1,
                           const IntVec& owned);

@@ -146,6 +146,34 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
   return ip_general<D>(now, mode, H0, H1, h.n, h.np1, Fb, S, C);
 }
 
+// q and slope of bulk_mid times the volume, and the energy dissipated
+struct BulkOfPoint {
+  double force = 0.0, slope = 0.0, loss = 0.0;
+};
+
+// Energy-momentum, cohesive: bulk viscosity of point p; false: none, its crack opens                  (6.49)
+
+template <int D>
+bool bulk_of_point(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                   const Level& l0, Level& l1, int p, double* cof, BulkOfPoint& out)
+{
+  const MatLaw& of_body = law.body[pts.body[p]];
+  if (!mode.bulk || !mode.mid || !law_opens(of_body.kind) || pts.eroded(p)) return false;
+  if (crack_opening(of_body, history_of(law, l0, l1, p).n) > 0.0) return false;
+  double H0[D * D], H1[D * D];
+  gradient<D>(pts, l0.uc, p, H0);
+  gradient<D>(pts, l1.uc, p, H1);
+  const MatLaw of = law_now(m, pts, of_body, l0, CRACK_TANGENT, p, 1.0);
+  const double density = of.material->density, c = std::sqrt((of.lam + 2.0 * of.mu) / density),
+               size    = *std::min_element(of.crack.box, of.crack.box + D) + c * mode.bulk->dt;
+  const double change =
+      bulk_mid<D>(*mode.bulk, density, c, size, mode.finite, H0, H1, cof, out.force, out.slope);
+  out.force *= pts.V0[p];
+  out.slope *= pts.V0[p];
+  out.loss = out.force * change;
+  return true;
+}
+
 // Explicit, cohesive: adds the bulk viscosity of point p, intact or cracking, to the forces re of its
 // corners. Its length is the smallest edge of the box that opens; a crack has none, and loses that of t(n)
 //                                                                                                  (6.35)
@@ -375,7 +403,7 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
     }
   }, [&](int p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
-    const bool viscous = mode.bulk && law_opens(law.body[pts.body[p]].kind) && !pts.eroded(p);
+    const bool viscous = mode.bulk && !mode.mid && law_opens(law.body[pts.body[p]].kind) && !pts.eroded(p);
     gradient<D>(pts, l1.uc, p, H1);
     if (viscous || reads_old(pts, law, mode, p)) gradient<D>(pts, l0.uc, p, H0);
     if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, nullptr) != STATUS_OK) {
@@ -386,6 +414,12 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
     ip_force<D, 0>(pts.G(p), pts.conn.count(p), pts.V0[p], Fb, S, re);
     if (viscous) add_bulk<D>(m, pts, law, l0, l1, p, H0, H1, *mode.bulk, re);
     else if (law_opens(law.body[pts.body[p]].kind)) history_of(law, l0, l1, p).np1[law.viscous] = 0.0;
+    double cof[D * D], rows[8 * D];
+    BulkOfPoint q;
+    if (bulk_of_point<D>(m, pts, law, mode, l0, l1, p, cof, q)) {
+      bulk_rows<D>(cof, pts.G(p), pts.conn.count(p), rows);
+      for (int i = 0; i < pts.conn.count(p) * D; ++i) re[i] += q.force * rows[i];
+    }
     for (int a = 0; a < pts.conn.count(p); ++a)
       for (int i = 0; i < D; ++i) fc[pts.conn.begin(p)[a] * D + i] += re[a * D + i];
   });
@@ -493,6 +527,13 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
   double C[nv * nv];
   if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, C) != STATUS_OK) return;
   ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, ke);
+  double cof[D * D];
+  BulkOfPoint q;
+  if (bulk_of_point<D>(m, pts, law, mode, l0, l1, p, cof, q)) {
+    work.resize(static_cast<size_t>(n) * D);
+    bulk_rows<D>(cof, dS, n, work.data());
+    bulk_tangent<D>(q.slope, work.data(), n, ke);
+  }
   hourglass_tangent<D>(pts, of_body, mode, g, p, ke);
 }
 
@@ -713,6 +754,18 @@ double point_energy_one(const Model& m, const Points& pts, const Level& l, int p
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned)
 {
   return m.dim == 2 ? energy<2>(m, pts, l, owned) : energy<3>(m, pts, l, owned);
+}
+
+double point_bulk_loss(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                       const Level& l0, Level& l1, const IntVec& owned)
+{
+  double sum = 0.0, cof[9];
+  BulkOfPoint q;
+  for (int p : owned)
+    if (m.dim == 2 ? bulk_of_point<2>(m, pts, law, mode, l0, l1, p, cof, q)
+                   : bulk_of_point<3>(m, pts, law, mode, l0, l1, p, cof, q))
+      sum += q.loss;
+  return sum;
 }
 
 double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, const Level& l0, const Level& l1,

@@ -99,7 +99,9 @@ void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, c
     loss = elem_viscous_loss(m, d.el, st.n, st.np1, a.mode.finite) +
            point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.rows.owned_point);
   loss /= a.dt;
-  if (bulk) loss += elem_bulk_loss(m.mesh, d.el, st.n, st.np1, a.mode.finite, a.bulk);
+  if (bulk)
+    loss += elem_bulk_loss(m.mesh, d.el, st.n, st.np1, a.mode.finite, a.bulk) +
+            point_bulk_loss(m, st.points, d.point_law, a.mode, st.n, st.np1, dofs.rows.owned_point);
   comm_sum(&loss, 1);
   st.ledger.viscous += loss;
 }
