@@ -60,6 +60,8 @@ void dynamic_defaults(std::FILE* file, const Step& s)
   const char* origin = s.scheme_given ? "" : " (default for this model)";
   const Scheme& scheme = scheme_of(s);
   std::fprintf(file, "  scheme          %s, %s%s\n", scheme.name, scheme.describe(s).c_str(), origin);
+  if (s.bulk() || s.bulk_mid())
+    std::fprintf(file, "  bulk viscosity  linear %g, quadratic %g\n", s.bulk_linear, s.bulk_quadratic);
   if (s.half_force > 0.0)
     std::fprintf(file, "  half increment  residual at most %g\n", s.half_force);
   else if (s.half_part > 0.0)
