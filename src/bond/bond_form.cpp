@@ -31,9 +31,8 @@ double body_stiffness(const Model& m, int b)
 
 double element_stiffness(const Model& m, int e)
 {
-  const int section = m.mesh.elem_section[e];
-  return section < 0 ? 0.0 : mat_stiffness(m.material[m.section[section].material],
-                                           elem_table[m.mesh.elem_type[e]].plane);
+  const int material = model_material(m, e);
+  return material < 0 ? 0.0 : mat_stiffness(m.material[material], elem_table[m.mesh.elem_type[e]].plane);
 }
 
 // of_body: body of the point with the face, -1: a finite element

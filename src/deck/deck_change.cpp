@@ -15,7 +15,7 @@ std::string of_element(const Model& m, int e)
 // the material of element e gets an initial strain
 void mark_material(Model& m, int e)
 {
-  const int section = m.mesh.elem_section[e], material = section < 0 ? -1 : m.section[section].material;
+  const int material = model_material(m, e);
   if (material >= 0) m.material[material].prestressed = true;
 }
 

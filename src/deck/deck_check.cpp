@@ -291,9 +291,8 @@ bool only_cohesive(const Model& m, const Material& a)
   for (const FractureDef& f : m.fracture) {
     if (f.criterion == CRITERION_COHESIVE || f.elset < 0) continue;
     for (int e : m.elset[f.elset].item) {
-      const int section = m.mesh.elem_section[e];
-      if (section >= 0 && m.section[section].material >= 0 && &m.material[m.section[section].material] == &a)
-        return false;
+      const int material = model_material(m, e);
+      if (material >= 0 && &m.material[material] == &a) return false;
     }
   }
   return true;
@@ -360,8 +359,7 @@ void check_law_elements(Deck& d, const Model& m)
 {
   std::vector<char> reported(m.material.size(), 0);
   for (int e = 0; e < m.mesh.nelem(); ++e) {
-    if (m.mesh.elem_section[e] < 0) continue;
-    const int k = m.section[m.mesh.elem_section[e]].material;
+    const int k = model_material(m, e);
     if (k < 0 || reported[k] || !elem_table[m.mesh.elem_type[e]].enhanced) continue;
     const Material& a = m.material[k];
     if (a.law == LAW_SVK) continue;
@@ -391,8 +389,8 @@ void check_locking(Deck& d, const Model& m)
   IntVec element(m.material.size(), -1), body(m.material.size(), -1);
   for (int e = m.mesh.nelem() - 1; e >= 0; --e) {
     const ElemType& info = elem_table[m.mesh.elem_type[e]];
-    if (m.mesh.elem_section[e] < 0 || info.enhanced || info.plane == PLANE_STRESS) continue;
-    const int material = m.section[m.mesh.elem_section[e]].material;
+    if (info.enhanced || info.plane == PLANE_STRESS) continue;
+    const int material = model_material(m, e);
     if (material >= 0 && may_lock(info, m.material[material])) element[material] = e;
   }
   for (std::size_t b = m.body.size(); b-- > 0;) {
@@ -490,8 +488,7 @@ void check_gravity(Deck& d, const Model& m, const Step& s)
   for (const Load& l : s.load) {
     if (!l.per_mass) continue;
     bool good = true;
-    for (int e : l.elem)
-      good = good && (m.mesh.elem_section[e] < 0 || has_density(m.section[m.mesh.elem_section[e]].material));
+    for (int e : l.elem) good = good && has_density(model_material(m, e));
     for (int b : l.body) good = good && has_density(m.body[b].material);
     if (!good && s.proc == PROC_STATIC)
       fault(d, "DENSITY", l.deck_line, "GRAV",
@@ -567,7 +564,7 @@ void check_reshape(Deck& d, const Model& m, const Body& b)
   if (comm_size() > 1) refuse_it("runs on one rank");
 }
 
-// TRACK of *EIGENFRACTURE: statics in the plane on one rank
+// TRACK of *EIGENFRACTURE: statics in the plane on one rank; its material: check_cohesive
 void check_track(Deck& d, const Model& m)
 {
   for (const FractureDef& f : m.fracture) {
@@ -580,12 +577,6 @@ void check_track(Deck& d, const Model& m)
       refuse_it("in steps with *STATIC only");
     if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.arc.on; }))
       refuse_it("not with *STATIC, RIKS, which controls elements that a crack may not enter");
-    const auto other_law = [&](int e) {
-      const int section = m.mesh.elem_section[e], a = section < 0 ? -1 : m.section[section].material;
-      return a >= 0 && m.material[a].law != LAW_SVK;
-    };
-    if (f.elset >= 0 && std::any_of(m.elset[f.elset].item.begin(), m.elset[f.elset].item.end(), other_law))
-      refuse_it("a crack along a line requires *ELASTIC alone");
     if (comm_size() > 1) refuse_it("runs on one rank");
   }
 }

@@ -116,6 +116,8 @@ std::string material_fault(const FractureDef& f, const Material& mat)
            (mat.law == LAW_J2      ? "leave out *PLASTIC of "
             : mat.law == LAW_ORTHO ? "leave out TYPE=ENGINEERING CONSTANTS of "
                                    : "write *ELASTIC instead of *HYPERELASTIC in ") + mat.name;
+  if (f.track && mat.law != LAW_SVK)
+    return "TRACK: a crack along a line requires *ELASTIC alone; leave out TRACK";
   if (mat.law != LAW_DRUCKER_PRAGER || mat.yield.empty()) return "";
   const double strength = tensile_strength(mat);
   if (f.ft >= strength)
@@ -148,7 +150,7 @@ void check_cohesive(Deck& d, const Model& m)
   for (const FractureDef& f : m.fracture) {
     if (f.criterion != CRITERION_COHESIVE || f.elset < 0) continue;
     for (int e : m.elset[f.elset].item) {
-      const int section = m.mesh.elem_section[e], material = section < 0 ? -1 : m.section[section].material;
+      const int material = model_material(m, e);
       if (material < 0) break;                       // reported by check_elements
       const Material& mat  = m.material[material];
       const ElemType& type = elem_table[m.mesh.elem_type[e]];

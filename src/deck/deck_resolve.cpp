@@ -37,9 +37,8 @@ void mark_breaking(Model& m)
     if (f.body >= 0 && m.body[f.body].material >= 0) m.material[m.body[f.body].material].breaks = true;
     if (f.elset < 0) continue;
     for (int e : m.elset[f.elset].item) {
-      const int section = m.mesh.elem_section[e];
-      if (section >= 0 && m.section[section].material >= 0)
-        m.material[m.section[section].material].breaks = true;
+      const int material = model_material(m, e);
+      if (material >= 0) m.material[material].breaks = true;
     }
   }
 }

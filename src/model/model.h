@@ -643,6 +643,13 @@ struct Model {
   std::uint64_t hash = 0;      // of the deck without output requests, and of the parameters
 };
 
+// model_material : material of element e, index into Model::material; -1: the element has no section
+inline int model_material(const Model& m, int e)
+{
+  const int section = m.mesh.elem_section[e];
+  return section < 0 ? -1 : m.section[section].material;
+}
+
 // model_find_* : index by name (upper case), -1 when there is none
 int model_find_nset(const Model& m, const std::string& name);
 int model_find_elset(const Model& m, const std::string& name);

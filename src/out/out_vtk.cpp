@@ -142,11 +142,7 @@ struct FeMesh {                // elements that still exist, and their nodes
   ListTable conn;
 };
 
-int material_of(const Model& m, int e)
-{
-  const int section = m.mesh.elem_section[e];
-  return section < 0 ? 0 : m.section[section].material + 1;
-}
+int material_of(const Model& m, int e) { return model_material(m, e) + 1; }
 
 void collect_elements(const Model& m, const Elements& el, FeMesh& fe)
 {

@@ -122,6 +122,33 @@ DomainCells domain_cells(const Model& m, const Points& pts, const RealVec& uc, i
   return d;
 }
 
+// domain_cells of points, computed once each
+struct CellsOfPoints {
+  const Model& m;
+  const Points& pts;
+  const RealVec& uc;
+  IntVec first;                // [npoint] index of the first cell, -1: not computed
+  IntVec number;               // [npoint] of cells
+  std::vector<long> key;
+  RealVec part;
+
+  CellsOfPoints(const Model& of, const Points& points, const RealVec& laid)
+    : m(of), pts(points), uc(laid), first(points.npoint, -1), number(points.npoint, 0)
+  {
+  }
+  // the cells of point p: their number; keys and parts begin at first[p]
+  int compute(int p)
+  {
+    if (first[p] >= 0) return number[p];
+    const DomainCells d = domain_cells(m, pts, uc, p);
+    first[p]  = static_cast<int>(key.size());
+    number[p] = d.n;
+    key.insert(key.end(), d.key, d.key + d.n);
+    part.insert(part.end(), d.part, d.part + d.n);
+    return d.n;
+  }
+};
+
 bool may_crack(const Model& m, const Points& pts, int p) { return m.body[pts.body[p]].fracture >= 0; }
 
 // strain across the crack of point p at t(n), 0: it has none                                      (2.34)
@@ -218,7 +245,7 @@ struct CellBox {
 // mean strain across the cracks in the cells that cracked points reach into. Collective
 //   out  strain   across the crack of each point of this rank [npoint]
 std::vector<CellSum> cell_strains(const Model& m, const Points& pts, const PointLaws& law, const Level& l,
-                                  const RealVec& laid, RealVec& strain)
+                                  CellsOfPoints& of, RealVec& strain)
 {
   std::vector<CellSum> cracked, all;
   strain.assign(pts.npoint, 0.0);
@@ -226,20 +253,20 @@ std::vector<CellSum> cell_strains(const Model& m, const Points& pts, const Point
     if (!may_crack(m, pts, p) || !point_counts(m, pts, p)) continue;
     strain[p] = crack_strain(m, pts, law, l, p);
     if (strain[p] == 0.0) continue;
-    const DomainCells d = domain_cells(m, pts, laid, p);
-    for (int k = 0; k < d.n; ++k) cracked.push_back({d.key[k], 0.0, 0.0, {}});
+    const int n = of.compute(p);
+    for (int k = 0; k < n; ++k) cracked.push_back({of.key[of.first[p] + k], 0.0, 0.0, {}});
   }
   sum_cells(cracked);
   if (cracked.empty()) return cracked;
   const CellBox box(m, cracked);
   for (int p = 0; p < pts.npoint; ++p) {
-    if (!point_counts(m, pts, p) || !box.has(m, pts, laid, p)) continue;
-    const DomainCells d = domain_cells(m, pts, laid, p);
-    for (int k = 0; k < d.n; ++k) {
-      if (!find_cell(cracked, d.key[k])) continue;
-      const double weight = pts.V0[p] * std::pow(d.part[k], POWER);
-      all.push_back({d.key[k], weight, weight * strain[p], {}});
-      const double opening = pts.V0[p] * d.part[k] * strain[p];
+    if (!point_counts(m, pts, p) || !box.has(m, pts, of.uc, p)) continue;
+    const int n = of.compute(p);
+    for (int k = of.first[p]; k < of.first[p] + n; ++k) {
+      if (!find_cell(cracked, of.key[k])) continue;
+      const double weight = pts.V0[p] * std::pow(of.part[k], POWER);
+      all.push_back({of.key[k], weight, weight * strain[p], {}});
+      const double opening = pts.V0[p] * of.part[k] * strain[p];
       if (opening > 0.0) add_opening(law, pts, l, p, opening, all.back().opening);
     }
   }
@@ -254,22 +281,23 @@ struct OpenCells {
   double opening[6] = {};      // sum of their tensors
 };
 
-OpenCells open_cells(const Model& m, const Points& pts, const RealVec& laid,
-                     const std::vector<CellSum>& cells, int p)
+OpenCells open_cells(CellsOfPoints& of, const std::vector<CellSum>& cells, int p)
 {
-  const DomainCells d = domain_cells(m, pts, laid, p);
+  const int n        = of.compute(p);
+  const long* key    = &of.key[of.first[p]];
+  const double* part = &of.part[of.first[p]];
   OpenCells open;
   double strain[MAX_CELLS], most = 0.0, sum = 0.0;
-  for (int k = 0; k < d.n; ++k) {
-    const CellSum* c = find_cell(cells, d.key[k]);
+  for (int k = 0; k < n; ++k) {
+    const CellSum* c = find_cell(cells, key[k]);
     strain[k] = c && c->weight > 0.0 ? c->strain / c->weight : 0.0;
-    most      = std::max(most, strain[k] * std::min(1.0, d.part[k] / SLIVER));
+    most      = std::max(most, strain[k] * std::min(1.0, part[k] / SLIVER));
   }
-  for (int k = 0; k < d.n && most > 0.0; ++k) {
-    const double share = d.part[k] * std::min(1.0, strain[k] / (OPENS_WITH * most));
+  for (int k = 0; k < n && most > 0.0; ++k) {
+    const double share = part[k] * std::min(1.0, strain[k] / (OPENS_WITH * most));
     if (share == 0.0) continue;
     sum += share;
-    const double* opening = find_cell(cells, d.key[k])->opening;
+    const double* opening = find_cell(cells, key[k])->opening;
     for (int i = 0; i < 6; ++i) open.opening[i] += share * opening[i];
   }
   if (most > 0.0) open.part = std::min(1.0, sum);
@@ -287,19 +315,19 @@ Eigen::Vector3d mean_axis(const double* A)
 
 // width of the band of point p with this strain across its crack, 0: no crack, no traction, or closed;
 // came: counts points that have come into cells whose crack is open
-double band_of(const Model& m, const Points& pts, const PointLaws& law, const Level& l, const RealVec& laid,
+double band_of(const Model& m, const Points& pts, const PointLaws& law, const Level& l, CellsOfPoints& of,
                const std::vector<CellSum>& cells, int p, double strain, double& came)
 {
   const double k = crack_opening(law.body[pts.body[p]], history_at(l.hp, law.history, p));
   if (k == 0.0) return 0.0;
-  MatLaw of = law.body[pts.body[p]];
-  point_crack(m, pts, l, p, CRACK_TANGENT, of);
-  if (k >= crack_open(of.crack)) return 0.0;
-  const OpenCells open = open_cells(m, pts, laid, cells, p);
+  MatLaw now = law.body[pts.body[p]];
+  point_crack(m, pts, l, p, CRACK_TANGENT, now);
+  if (k >= crack_open(now.crack)) return 0.0;
+  const OpenCells open = open_cells(of, cells, p);
   if (open.strain == 0.0 || strain == 0.0) return 0.0;
-  const double box  = crack_width(of.crack, mean_axis(open.opening).data()), w = box * open.strain,
-               most = std::max(box, MAX_LIMIT * crack_max_width(of));
-  const bool comes = w > OPENED * crack_open(of.crack) && strain < NEWCOMER * open.part * open.strain;
+  const double box  = crack_width(now.crack, mean_axis(open.opening).data()), w = box * open.strain,
+               most = std::max(box, MAX_LIMIT * crack_max_width(now));
+  const bool comes = w > OPENED * crack_open(now.crack) && strain < NEWCOMER * open.part * open.strain;
   came += comes;
   return std::min(most, comes ? w / strain : box / open.part);
 }
@@ -311,13 +339,14 @@ int point_bands(const Model& m, const Points& pts, const Level& l, const RealVec
   law.band.clear();
   if (std::none_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fracture >= 0; })) return 0;
   RealVec strain;
-  const std::vector<CellSum> cells = cell_strains(m, pts, law, l, laid, strain);
+  CellsOfPoints of(m, pts, laid);
+  const std::vector<CellSum> cells = cell_strains(m, pts, law, l, of, strain);
   if (cells.empty()) return 0;
   double came = 0.0;
   law.band.assign(pts.npoint, 0.0);
   for (int p = 0; p < pts.npoint; ++p)
     if (may_crack(m, pts, p) && point_counts(m, pts, p))
-      law.band[p] = band_of(m, pts, law, l, laid, cells, p, strain[p], came);
+      law.band[p] = band_of(m, pts, law, l, of, cells, p, strain[p], came);
   comm_sum(&came, 1);
   return static_cast<int>(came);
 }

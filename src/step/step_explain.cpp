@@ -313,7 +313,7 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
   if (status == BAD_JACOBIAN && f.index >= 0) {
     const bool is_point = f.at == AT_POINT;
     const Material& material = is_point ? point_material(m, p.st.points, f.index)
-                                        : m.material[m.section[m.mesh.elem_section[f.index]].material];
+                                        : m.material[model_material(m, f.index)];
     const bool softens = nlgeom && material.law == LAW_SVK;
     std::snprintf(text, sizeof text,
                   "%s %d turned inside out (det F <= 0)%s: check the load, or use smaller increments",
