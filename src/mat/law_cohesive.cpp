@@ -437,6 +437,12 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
     h_np1[CRACK_OPENING] = next.k;
     out.dissipated += released_energy(next) - released;
     released = released_energy(next);
+    // half the force belongs to the next increment, unless that returns to it at once
+    if (c.tangent == CRACK_MEAN && next.k > o.k) {
+      double R1[6];
+      stress_of(law, next.N, next.w / next.width * next.N, R1);
+      for (int i = 0; i < 6; ++i) out.S[i] -= part * 0.5 * (R1[i] - R[i]);
+    }
   }
   out.psi -= part * released;
   out.dissipated *= part;

@@ -192,7 +192,8 @@ Vec3 normal_of(const HenckyTrial& t, int axis) { return (t.L * t.n.col(axis)).no
 
 // the width follows the mean normal: updates width and stored energy for the next increment; the change of
 // energy is dissipated
-void follow(const Closed& c, const Opened& o, double before, double* h, LawOutput& out)
+//   inout tau   principal stresses: with the new width, unless the next increment returns to them at once
+void follow(const Closed& c, const Opened& o, double before, double* h, LawOutput& out, Vec3& tau)
 {
   const double width = crack_next_width(c.law.crack, o.width, before, o.k);
   if (width == o.width) return;
@@ -203,6 +204,7 @@ void follow(const Closed& c, const Opened& o, double before, double* h, LawOutpu
   h[CRACK_OPENING] = then.k;
   out.dissipated += out.psi - then.stored() - then.beside.dissipated;
   out.psi = then.stored();
+  if (then.k > o.k) tau = then.beside.tau;
 }
 
 }  // namespace
@@ -243,7 +245,10 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
     h_np1[CRACK + CRACK_WIDTH]   = o.width;
     h_np1[CRACK + CRACK_OPENING] = o.k;
     out.dissipated += (dissipated_to(crack, o.k) - dissipated_to(crack, k)) / o.width;
-    if (o.w > 0.0) follow(c, o, k, h_np1 + CRACK, out);
+    Vec3 next = o.beside.tau;
+    if (o.w > 0.0) follow(c, o, k, h_np1 + CRACK, out, next);
+    // half the force belongs to the next increment
+    if (crack.tangent == CRACK_MEAN) hencky_stress(t, 0.5 * (o.beside.tau + next), out.S);
   }
   // 4. tangent
   if (!tangent) return true;

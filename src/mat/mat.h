@@ -9,8 +9,8 @@
 struct BulkStep;               // elem.h
 
 // Tangent of cohesive cracks: consistent; secant, positive definite (2.36); loading tangent of a crack at its
-// largest opening (6.39)
-enum CrackTangent { CRACK_TANGENT, CRACK_SECANT, CRACK_ONWARD };
+// largest opening (6.39); none, in explicit steps: where the width changes the stress is the mean of both
+enum CrackTangent { CRACK_TANGENT, CRACK_SECANT, CRACK_ONWARD, CRACK_MEAN };
 
 // Parameters of the time scheme for the law over a step t(n) -> t(n+1)                 (1.8)
 struct KernelMode {

@@ -271,6 +271,7 @@ KernelMode step_mode(const Step& s)
   mode.mid    = s.proc == PROC_DYNAMIC && scheme_of(s).midpoint;
   mode.s_new  = mode.mid ? 0.5 + s.dissipation : 1.0;
   mode.s_old  = mode.mid ? 0.5 - s.dissipation : 0.0;
+  if (s.explicit_steps()) mode.crack = CRACK_MEAN;
   return mode;
 }
 

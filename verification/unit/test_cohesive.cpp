@@ -198,6 +198,41 @@ TEST(Cohesive, WidthOfAPointFollowsItsCells)
   }
 }
 
+// explicit steps: work by the mean of the stresses at both ends, while the width grows in each increment; energy to
+// the second order, of the first with the stress of the width before. Theory 2.5
+TEST(Cohesive, WorkAtBothEndsOfAnExplicitIncrement)
+{
+  for (bool flows : {false, true})
+    for (CrackTangent tangent : {CRACK_TANGENT, CRACK_MEAN}) {
+      double error[2];
+      for (int k : {0, 1}) {
+        const int n = 100 << k;
+        FlowCrack b(PLANE_STRAIN, SOFTENING_LINEAR, 1e3, false);
+        if (!flows) b.law.kind = LAW_COHESIVE;
+        CrackLaw& crack = b.law.crack;
+        crack.X       = nullptr;
+        crack.box[0]  = crack.box[1] = 0.1;
+        crack.tangent = tangent;
+        double work = 0.0, before = 0.0;
+        for (int i = 1; i <= n; ++i) {
+          const double E[6] = {0.02 * i / n};
+          crack.band = 0.1 * (1.0 + 0.5 * i / n);
+          b.go(E);
+          work += 0.5 * (before + b.out.S[0]) * 0.02 / n;
+          before = b.out.S[0];
+        }
+        ASSERT_NEAR(0.15, crack_band(b.law, b.h), 1e-12);
+        LawOutput end;
+        const double E[6] = {0.02};
+        crack.band = 0.0;
+        ASSERT_TRUE(b.at(E, end));
+        error[k] = std::fabs(work - end.psi - b.h[HISTORY_DISSIPATED]);
+      }
+      if (tangent == CRACK_MEAN) EXPECT_GT(error[0] / error[1], 3.0) << error[0] << " " << error[1];
+      else EXPECT_LT(error[0] / error[1], 2.5) << error[0] << " " << error[1];
+    }
+}
+
 // a material point: the width of its box along the normal in space
 TEST(Cohesive, WidthOfAPointIsThatOfItsBox)
 {
