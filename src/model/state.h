@@ -244,6 +244,8 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double balance0 = 0, external0 = 0, step_scale = 0;
   // explicit: increment length of the half steps whose velocity product gives the kinetic energy, 0: none
   double leap = 0;                                                                             // (6.33)
+  double leap_grid = 0;        // explicit: 1/8 a M a of the grid at t(n)               energy/time^2
+  double beta_power = 0;       // explicit: power of the viscous stress (BETA) in the last increment
   int off = 0;                 // steps whose imbalance exceeds their limit
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};

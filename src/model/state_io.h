@@ -191,10 +191,10 @@ inline void io(Archive& f, Ledger& x)
 {
   auto& [kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous, renewal,
          overlap, released, sudden, stopped, conversion, removed, total0, balance, scale, rounding, balance0,
-         external0, step_scale, leap, off, momentum, angular, slip_max, slip_rms] = x;
+         external0, step_scale, leap, leap_grid, beta_power, off, momentum, angular, slip_max, slip_rms] = x;
   io_all(f, kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous, renewal,
          overlap, released, sudden, stopped, conversion, removed, total0, balance, scale, rounding, balance0,
-         external0, step_scale, leap, off, momentum, angular, slip_max, slip_rms);
+         external0, step_scale, leap, leap_grid, beta_power, off, momentum, angular, slip_max, slip_rms);
 }
 
 inline void io(Archive& f, ContactLog& x)

@@ -46,6 +46,7 @@ struct GridVelocity {
   std::vector<long> key;       // row_key of the rows of the grid, descending
   RealVec v;                   // [rows*dim]
   RealVec a;                   // [rows*dim] explicit step: acceleration; else empty
+  RealVec f;                   // [rows*dim] explicit step: loads less internal forces; else empty
   IntVec fixed;                // [rows*dim] DofKind
 };
 
@@ -111,6 +112,7 @@ struct StableIncrement {
   long pattern = -1, made = -1;          // DofPattern::number, ActiveGrid::made
   int step = 0, inc = 0;
   RealVec spare, fint, du, R;  // reused for their memory only
+  RealVec rf;                  // [nnode*dim] reactions at the start of the last increment; empty: none
   // numbers of converted elements and released points that Discretisation::follow was made with
   std::array<size_t, 2> followed{{0, 0}};
 };
@@ -234,6 +236,8 @@ struct Attempt {
   RealVec agrid{};             // [neq] acceleration of the grid at t(n), rows of the grid (Newmark)
   RealVec fint0{}, fext0{};        // [neq] at t(n) with the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution; R: forces of equations moved to masters
+  // [neq] Newmark, supports that move: M a + C v + fint - fext at t(n); else empty
+  RealVec before{};
   RealVec du{};                  // [neq]
   RealVec acc{};               // explicit: acceleration at t(n+1) [neq]
   double work = 0.0;             // plain: work of loads and supports over the increment
@@ -241,6 +245,7 @@ struct Attempt {
   bool plain = false;            // explicit, no ties, no dampers: v and a of nodes are written to st.np1
   BulkStep bulk{};               // bulk viscosity
   double friction = 0.0;         // explicit: energy that friction on planes of the grid takes
+  double leap_grid = 0.0;        // explicit: Ledger::leap_grid at t(n+1), of this rank
   Jumps jumps{};               // of du
   Start start{};
   Arc arc{};
@@ -465,6 +470,9 @@ void step_bulk_means(Problem& p, const Step& s);
 // step_hold_bulk : explicit: mode with the pressures of the bulk viscosity at t(n)
 void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode);
 
+// step_leap_of_grid : explicit: 1/8 a M a of the free rows of the grid, acc [neq]. Collective.     (6.33)
+double step_leap_of_grid(const Problem& p, const RealVec& acc);
+
 // step_motion_begin : explicit: velocities and accelerations of nodes and grid at t(n)
 Failure step_motion_begin(Problem& p, Attempt& a);
 
@@ -481,8 +489,8 @@ Failure step_inertia_begin(Problem& p, Attempt& a);
 // step_increment
 void step_finish(Problem& p, Attempt& a, RealVec& energy);
 
-// step_residual_at_start : statics: fint - fext at t(n) on the weights of this step, [neq]
-RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a);
+// step_residual_at_start : statics: fint - fext at t(n) on the weights of this step, [neq]. Collective
+RealVec step_residual_at_start(const Problem& p, const Attempt& a);
 
 // step_settle : statics: adds the energy lost by unbalanced forces at t(n) to st.ledger, by cause    (6.15)
 void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec& R0);
@@ -519,7 +527,8 @@ void ledger_open(const Model& m, const Elements& el, const Dofs& dofs, State& st
 void ledger_begin_step(Ledger& g);
 
 // ledger_leap : kinetic energy of explicit increments of length dt, or of the velocities at t(n) (0); changes
-// the energy at the start of the run by the same amount. Collective.                            (6.33)
+// the energy at the start of the run by the same amount. Called with 0 before the accelerations at t(n)
+// change without motion, and with dt after it. Collective.                                      (6.33)
 void ledger_leap(const Dofs& dofs, double dt, State& st);
 void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                    State& st, RealVec* energy = nullptr);
@@ -537,6 +546,13 @@ struct BreakWatch {
 // bonds. Level n is copied (statics, where grid and contact are found again), or kept by step_undo_keep
 // before it is overwritten (dynamics). Points are saved by step_undo_points before they change
 struct UndoPoint {
+  // explicit: results of contact at the start of the increment, which its end writes before state is saved
+  struct Contact {
+    IntVec met, wall;
+    RealVec normal, grid_rf;
+    std::vector<ContactLog> log;
+  } contact;
+  bool later = false;          // contact is saved; reactions: StableIncrement::rf
   State state;                 // without levels
   bool whole = true;           // state is saved; explicit steps save it before it changes
   bool points = false;         // state has the points, and share belongs to them
@@ -546,7 +562,7 @@ struct UndoPoint {
 };
 void step_undo_point(State& st, bool copy, UndoPoint& u);
 // explicit: step_undo_state saves the state before it changes
-void step_undo_later(UndoPoint& u);
+void step_undo_later(const State& st, UndoPoint& u);
 void step_undo_state(State& st, UndoPoint& u);
 void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo_keep(State& st, UndoPoint& u);

@@ -96,7 +96,10 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
   for (int i = 0; i < s.rows.neq(); ++i) f[i] = a.fext[i] - a.fint[i];
   if (!s.mass.damped) return STATUS_OK;
   RealVec v(s.rows.neq()), Cv;
-  for (int i = 0; i < s.rows.neq(); ++i) v[i] = a.vgrid[i] + 0.5 * a.dt * a.agrid[i];
+  // supports: with half their acceleration this is their velocity at t(n+1)
+  for (int i = 0; i < s.rows.neq(); ++i)
+    v[i] = s.bound.fixed[i] == DOF_FIXED ? 0.5 * (a.vgrid[i] + s.bound.rate[i])
+                                         : a.vgrid[i] + 0.5 * a.dt * a.agrid[i];
   damping_multiply(s, v, Cv);
   for (int i = 0; i < s.rows.neq(); ++i) f[i] -= Cv[i];
   return STATUS_OK;
@@ -168,16 +171,18 @@ bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt
       const int dof = r * D + i, k = first + i;
       const double f = fext[dof] - fint[dof];
       double a1 = f / mass, v1 = v0[k] + 0.5 * dt * (acc0[k] + a1), load = fext0[dof] + fext[dof];
+      double gain = 0.0;       // kinetic energy of the support
       if (s.bound.fixed[dof] == DOF_FIXED) {
         v1 = s.bound.rate[dof];
         a1 = (v1 - v0[k]) / dt;
         a.R[dof] = mass * a1 - f;
-        load += rf0[k] + a.R[dof];
+        load += rf0[k] - mass * acc0[k] - f;
+        gain = 0.5 * mass * (v1 * v1 - v0[k] * v0[k]);
       }
       acc[k] = a1;
       v[k]   = v1;
       sum += a1;
-      if (s.rows.counts(dof)) work += 0.5 * load * du[dof];
+      if (s.rows.counts(dof)) work += 0.5 * load * du[dof] + gain;
     }
   }
   a.work = work;
@@ -191,12 +196,13 @@ bool sum_work(Problem& p, bool finite, Attempt& a)
 {
   Timer timer(PHASE_COMMIT);
   State& st     = p.st;
-  double sum[3] = {finite ? 0.0 : 1.0, a.work, 0.0};
+  double sum[4] = {finite ? 0.0 : 1.0, a.work, 0.0, a.leap_grid};
   if (p.d.fm.on && finite)
     sum[2] = frac_degraded(p.m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
-  comm_sum(sum, 3);
+  comm_sum(sum, 4);
   a.work = sum[1];
   st.ledger.fracture += sum[2];
+  st.ledger.leap_grid = sum[3];
   return sum[0] == 0.0;
 }
 
@@ -226,9 +232,36 @@ void multiply_grid(const Dofs& s, const RealVec& x, RealVec& y)
   }
 }
 
+// step_leap_of_grid of the rows owned by this rank, from the forces f = M a
+double leap_of_grid(const Dofs& s, const RealVec& acc, const RealVec& f)
+{
+  double sum = 0.0;
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FREE && s.rows.counts(i)) sum += acc[i] * f[i];
+  return 0.125 * sum;
+}
+
+// work of planes of the grid that move, of this rank: the mean of the forces at both ends, and of the inertia
+// between them
+//   in   force0   loads less internal forces at t(n) of the rows from the grid on; empty: those at t(n+1)
+double work_of_planes(const Dofs& s, const Attempt& a, const RealVec& f, const RealVec& force0)
+{
+  const int first = s.rows.nfe * s.rows.dim;
+  RealVec mean(a.acc), Ma;
+  for (int i = first; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FREE) mean[i] = 0.5 * (a.agrid[i] + a.acc[i]);
+  multiply_grid(s, mean, Ma);
+  double work = 0.0;
+  for (int i = first; i < s.rows.neq(); ++i) {
+    if (s.bound.fixed[i] != DOF_FIXED || !s.rows.counts(i)) continue;
+    work += (Ma[i] - 0.5 * (f[i] + (force0.empty() ? f[i] : force0[i - first]))) * a.du[i];
+  }
+  return work;
+}
+
 // acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes
-//                                                                                               (6.47)
-Failure accelerate_grid(const Dofs& s, Attempt& a)
+//   in   force0   as of work_of_planes                                                          (6.47)
+Failure accelerate_grid(const Dofs& s, const RealVec& force0, Attempt& a)
 {
   const int first = s.rows.nfe * s.rows.dim;
   RealVec f(s.rows.neq(), 0.0), Ma;
@@ -245,17 +278,35 @@ Failure accelerate_grid(const Dofs& s, Attempt& a)
     add_residual(s, f, Ma, a.acc);
   }
   const auto fixed = s.bound.fixed.begin() + first;
-  if (!dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end()))
-    multiply_grid(s, a.acc, Ma);
+  const bool held  = !dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end());
+  if (held) multiply_grid(s, a.acc, Ma);
   double sum = 0.0, work = 0.0;
+  bool still = true;           // no plane moves
   for (int i = first; i < s.rows.neq(); ++i) {
-    double load = 0.5 * (a.fext0[i] + a.fext[i]);
-    if (s.bound.fixed[i] == DOF_FIXED) load += a.R[i] = Ma[i] - f[i];
+    if (s.bound.fixed[i] == DOF_FIXED) {
+      a.R[i] = Ma[i] - f[i];
+      still  = still && a.du[i] == 0.0;
+    }
     sum += a.acc[i];
-    if (s.rows.counts(i)) work += load * a.du[i];
+    if (s.rows.counts(i)) work += 0.5 * (a.fext0[i] + a.fext[i]) * a.du[i];
   }
+  if (held && !dof_all(s, still)) work += work_of_planes(s, a, f, force0);
   a.work += work;
+  a.leap_grid = leap_of_grid(s, a.acc, f);
   return dof_all(s, std::isfinite(sum)) ? Status(STATUS_OK) : BAD_NUMBER;
+}
+
+// loads less internal forces at t(n) of the rows of the grid: of the last increment, or those from which its
+// accelerations started anew
+RealVec force_before(const Problem& p, const Attempt& a)
+{
+  const int first = p.dofs.rows.nfe * p.dofs.rows.dim;
+  RealVec f;
+  for (size_t i = first; i < a.fint0.size(); ++i) f.push_back(a.fext0[i] - a.fint0[i]);
+  const GridVelocity& grid = p.newton.grid;
+  const size_t rows = p.dofs.rows.neq() - first;
+  if (f.empty() && grid.f.size() >= rows) f.assign(grid.f.end() - static_cast<long>(rows), grid.f.end());
+  return f;
 }
 
 Failure explicit_nodes(Problem& p, Attempt& a)
@@ -264,10 +315,6 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   const Dofs& s = p.dofs;
   a.cM = scheme_of(a.step).mass(a.step, a.dt);
   const bool plane = s.rows.dim == 2, on_grid = step_on_grid(p.d, s);
-  if (on_grid) {
-    const Failure failure = step_motion_begin(p, a);
-    if (!failure.ok()) return failure;
-  }
   if (plane) leap_nodes<2>(s, st.n, a);
   else leap_nodes<3>(s, st.n, a);
   if (on_grid) leap_grid(s, a);
@@ -277,7 +324,7 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   if (failure.ok()) {
     const bool finite = plane ? accelerate_nodes<2>(s, st.rf, st.n, a, st.np1)
                               : accelerate_nodes<3>(s, st.rf, st.n, a, st.np1);
-    if (on_grid) failure = accelerate_grid(s, a);
+    if (on_grid) failure = accelerate_grid(s, force_before(p, a), a);
     if (!sum_work(p, finite, a)) return BAD_NUMBER;
   }
   st.log.iterations = 1;
@@ -300,10 +347,24 @@ bool reactions(const Problem& p, const RealVec& f, Attempt& a)
   else mass_multiply(s, a.acc, a.R);
   for (int i = 0; i < s.rows.neq(); ++i)
     a.R[i] = (lumped ? s.mass.lumped[i / s.rows.dim] : 1.0) * a.R[i] - f[i];
+  if (!s.mass.damped) return true;
+  RealVec Ca;                  // f has the damping of the mid-increment velocity
+  damping_multiply(s, a.acc, Ca);
+  for (int i = 0; i < s.rows.neq(); ++i) a.R[i] += 0.5 * a.dt * Ca[i];
   return true;
 }
 
 }  // namespace
+
+double step_leap_of_grid(const Problem& p, const RealVec& acc)
+{
+  const Dofs& s = p.dofs;
+  RealVec free(s.rows.neq(), 0.0), Ma;
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FREE) free[i] = acc[i];
+  mass_multiply(s, free, Ma);
+  return dof_total(s, leap_of_grid(s, free, Ma));
+}
 
 // ---------------------------------------------------------------------------
 // step_explicit : one increment of central differences                            doc/theory.md 6.8
@@ -319,13 +380,16 @@ Failure step_explicit(Problem& p, Attempt& a)
   a.plain = !s.bound.tie.any && !s.mass.damped && !step_grid_rubs(p.m);
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
-  if (on_grid) ledger_leap(s, a.dt, p.st);             // accelerations of the grid: step_motion_begin
   Failure failure = step_turn(p);
-  if (failure.ok() && !on_grid) ledger_leap(s, a.dt, p.st);
-  if (failure.ok() && a.plain) return explicit_nodes(p, a);
-  RealVec f;
-  if (failure.ok()) failure = step_motion_begin(p, a);
+  if (failure.ok() && (on_grid || !a.plain)) failure = step_motion_begin(p, a);
   if (!failure.ok()) return failure;
+  if (!on_grid && p.st.ledger.leap_grid != 0.0) {      // its last point is gone
+    ledger_leap(s, 0.0, p.st);
+    p.st.ledger.leap_grid = 0.0;
+  }
+  ledger_leap(s, a.dt, p.st);
+  if (a.plain) return explicit_nodes(p, a);
+  RealVec f;
   // 2. displacement, by the mid-increment velocity                                           (6.28)
   for (int i = 0; i < s.rows.neq(); ++i)
     a.du[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.target[i]
@@ -348,6 +412,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   // 4. reactions: the residual, as in an implicit increment
   if (!reactions(p, f, a)) return BAD_NUMBER;
   tie_force(s, a.R);
+  p.st.ledger.leap_grid = on_grid ? step_leap_of_grid(p, a.acc) : 0.0;
   p.st.log.iterations = 1;
   assem_share_bonds(p.st, p.m.dim, a.jumps);
   return STATUS_OK;

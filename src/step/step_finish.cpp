@@ -87,23 +87,42 @@ void finish_ghosts(const Model& m, const ActiveGrid& grid, const Dofs& dofs, con
   g.ghost += loss;
 }
 
-// energy dissipated by damping: du . C du / dt, and by viscous stress     (2.20), (6.21)
-void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, const Attempt& a, State& st)
+// Part of the energy of the viscous stress in an explicit increment that belongs to the rate of the one
+// before: it acts at the start                     (6.21) (test: stress/balance_beta.inp)
+const double BEFORE_PART = 0.25;
+
+// energy dissipated by damping: du . C du / dt, explicit du . C (v(n) + v(n+1))/2, and by viscous stress
+//   in   dv   change of the velocities [neq]                                               (2.20), (6.21)
+void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, const Attempt& a,
+                    const RealVec& dv, State& st)
 {
+  const bool leaps = a.step.explicit_steps();
   if (a.cM == 0.0) return;
-  if (dofs.mass.damped) st.ledger.viscous += damping_work(dofs, a.du) / a.dt;
+  if (dofs.mass.damped && leaps) {
+    RealVec v(a.vgrid), Cv;
+    for (int i = 0; i < dofs.rows.neq(); ++i) v[i] += 0.5 * dv[i];
+    damping_multiply(dofs, v, Cv);
+    st.ledger.viscous += dof_dot(dofs, a.du, Cv);
+  } else if (dofs.mass.damped) {
+    st.ledger.viscous += damping_work(dofs, a.du) / a.dt;
+  }
   const bool viscous = model_viscous(m), bulk = a.step.bulk_mid();
   if (!viscous && !bulk) return;
-  double loss = 0.0;
+  double loss[2] = {0.0, 0.0};           // viscous stress, bulk viscosity
   if (viscous)
-    loss = elem_viscous_loss(m, d.el, st.n, st.np1, a.mode.finite) +
-           point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.rows.owned_point);
-  loss /= a.dt;
+    loss[0] = (elem_viscous_loss(m, d.el, st.n, st.np1, a.mode.finite) +
+               point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.rows.owned_point)) / a.dt;
   if (bulk)
-    loss += elem_bulk_loss(m.mesh, d.el, st.n, st.np1, a.mode.finite, a.bulk) +
-            point_bulk_loss(m, st.points, d.point_law, a.mode, st.n, st.np1, dofs.rows.owned_point);
-  comm_sum(&loss, 1);
-  st.ledger.viscous += loss;
+    loss[1] = elem_bulk_loss(m.mesh, d.el, st.n, st.np1, a.mode.finite, a.bulk) +
+              point_bulk_loss(m, st.points, d.point_law, a.mode, st.n, st.np1, dofs.rows.owned_point);
+  comm_sum(loss, 2);
+  Ledger& g = st.ledger;
+  if (leaps) {
+    const double power = loss[0] / a.dt;
+    if (g.beta_power > 0.0) loss[0] += BEFORE_PART * (g.beta_power * a.dt - loss[0]);
+    g.beta_power = power;
+  }
+  g.viscous += loss[0] + loss[1];
 }
 
 //   out  dv   [neq] change of the velocities of the grid
@@ -132,10 +151,11 @@ void followed_nodes(const ActiveGrid& grid, const Dofs& s, const State& st, Real
       dv[r * dim + i] = st.np1.v[q.node * dim + i] - st.n.v[q.node * dim + i];
 }
 
-// stores v + dv of the grid rows for the next projection; explicit: the acceleration too
-void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, const RealVec& dv,
-                   const RealVec& acc, GridVelocity& after)
+// stores v + dv of the grid rows for the next projection; explicit: accelerations and forces too
+void keep_velocity(const Dofs& s, long made, int increment, const Attempt& a, const RealVec& dv,
+                   GridVelocity& after)
 {
+  const RealVec& v = a.vgrid;
   after.pattern   = s.pattern.number;
   after.made      = made;
   after.increment = increment;
@@ -145,7 +165,11 @@ void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, co
   after.fixed.assign(s.bound.fixed.begin() + first, s.bound.fixed.end());
   after.v.resize(s.rows.neq() - first);
   after.a.clear();
-  if (!acc.empty()) after.a.assign(acc.begin() + first, acc.end());
+  after.f.clear();
+  if (!a.acc.empty()) {
+    after.a.assign(a.acc.begin() + first, a.acc.end());
+    for (int i = first; i < s.rows.neq(); ++i) after.f.push_back(a.fext[i] - a.fint[i]);
+  }
   for (int i = first; i < s.rows.neq(); ++i) after.v[i - first] = s.bound.fixed[i] ? s.bound.rate[i] : v[i] +
       dv[i];
 }
@@ -159,7 +183,7 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   if (a.plain) followed_nodes(grid, dofs, st, dv);
   else finish_nodes(dofs, a, a.du, a.acc, st, dv);
   if (st.points.npoint_all()) finish_grid(dofs, a, dv);
-  if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a.vgrid, dv, a.acc, *after);
+  if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a, dv, *after);
   if (st.points.npoint_all()) assem_gather_corners(grid, dofs, dv, st.n.vc, st.np1.vc);
 }
 
@@ -176,11 +200,14 @@ void corner_reactions(const Model& m, const Dofs& dofs, const RealVec& R, RealVe
     if (dofs.bound.corner_support[k].node_dof >= 0) rf[dofs.bound.corner_support[k].node_dof] += force[k];
 }
 
-//   in   R   [neq] of dofs
-void finish_reactions(const Model& m, const Dofs& dofs, const RealVec& R, State& st)
+//   in   R        [neq] of dofs
+//   out  before   not null: the reactions of t(n); empty: they stay
+void finish_reactions(const Model& m, const Dofs& dofs, const RealVec& R, State& st, RealVec* before)
 {
   const int dim = m.dim;
   const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * dim;
+  if (before) before->clear();
+  if (before && !dofs.bound.free) before->swap(st.rf);
   if (!dofs.bound.free || st.log.inc <= 1 || st.rf.size() != nodal) st.rf.assign(nodal, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * dim, 0.0);
   for (int i = 0; i < dofs.rows.neq() && !dofs.bound.free; ++i) {
@@ -216,29 +243,77 @@ void finish_followers(const IntVec& follow, const Attempt& a, int dim, State& st
 
 // work of loads and moved supports over the step, of this rank                      (6.12)
 //   in   R0   [neq] statics: residual at t(n)
-double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0, const RealVec& R0)
+double external_work(const Dofs& dofs, const Attempt& a, const State& st, const RealVec& rf0,
+                     const RealVec& R0)
 {
   const int dim  = dofs.rows.dim;
-  const bool mid = a.mode.mid;
+  const bool mid = a.mode.mid, leaps = a.step.explicit_steps();
   double work = 0.0;
   for (int i = 0; i < dofs.rows.neq(); ++i) {
     if (!dofs.rows.counts(i)) continue;
     const double f0 = mid ? a.fext[i] : a.fext0[i];
     work += 0.5 * (f0 + a.fext[i]) * a.du[i];
-    if (dofs.bound.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
-    const int r = i / dim;
-    double r0   = a.R[i];
+    if (!a.before.empty()) work += 0.5 * a.before[i] * a.du[i];
+    if (dofs.bound.fixed[i] != DOF_FIXED) continue;
+    const int r = i / dim, k = r < dofs.rows.nfe ? dofs.rows.node_of_row[r] * dim + i % dim : -1;
+    double r0 = a.R[i], r1 = a.R[i];
     if (a.cM == 0.0) r0 = R0[i];
-    else if (!mid && r < dofs.rows.nfe) r0 = rf0[dofs.rows.node_of_row[r] * dim + i % dim];
-    work += 0.5 * (r0 + a.R[i]) * a.du[i];
+    else if (!a.before.empty()) r0 = 0.0;
+    else if (!mid && k >= 0) r0 = rf0[k];
+    if (leaps && k >= 0) {     // the inertia of a support changes its kinetic energy
+      const double mass = dofs.mass.lumped[r], v0 = st.n.v[k], v1 = st.np1.v[k];
+      r0 -= mass * st.n.a[k];
+      r1 -= mass * st.np1.a[k];
+      work += 0.5 * mass * (v1 * v1 - v0 * v0);
+    }
+    work += 0.5 * (r0 + r1) * a.du[i];
   }
   return work;
 }
 
-// adds the work of moving grounds through their bonds
+// Implicit steps: energy that supports add to the work of their reactions, of all ranks. At t(n+1) they have
+// their own velocity, not that of the scheme; and points move with a plane of the grid by the part of their
+// velocity that the grid does not see.
+//   in   dv   change of the velocities [neq]
+double energy_of_supports(const ActiveGrid& grid, const Dofs& s, const Attempt& a, const State& st,
+                          const RealVec& dv)
+{
+  const Scheme& scheme = scheme_of(a.step);
+  const int first = s.rows.nfe * s.rows.dim;
+  RealVec jump(s.rows.neq(), 0.0), v(a.vgrid), Mv, p;
+  bool none = true, still = true;
+  for (int i = 0; i < s.rows.neq(); ++i) {
+    v[i] += dv[i];
+    if (s.bound.fixed[i] != DOF_FIXED) continue;
+    const double acc = scheme.acceleration ? a.agrid[i] : 0.0;
+    jump[i] = dv[i] - scheme.grid(a.step, a.dt, a.du[i], a.vgrid[i], acc);
+    none    = none && jump[i] == 0.0;
+    still   = still && (i < first || dv[i] == 0.0);
+  }
+  double sum = 0.0;
+  if (!dof_all(s, none)) {
+    tie_follow(s, false, jump);
+    for (int i = 0; i < s.rows.neq(); ++i) v[i] -= 0.5 * jump[i];
+    mass_multiply(s, v, Mv);
+    sum += dof_dot(s, jump, Mv);
+  }
+  if (dof_all(s, still)) return sum;
+  mass_multiply(s, a.vgrid, Mv);
+  mass_elements(s, a.vgrid, p);
+  point_momentum(grid, s, st.n.vc, p);
+  sys_sum(s.pattern.A, p);
+  double unseen = 0.0;
+  for (int i = first; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FIXED && s.rows.counts(i)) unseen += dv[i] * (p[i] - Mv[i]);
+  return sum + dof_total(s, unseen);
+}
+
+// adds the work of moving grounds through their bonds: the force of the middle, or the mean of both ends
 double with_grounds(const Model& m, const State& st, const Attempt& a, double work)
 {
   const int dim  = m.dim;
+  const bool mid = a.mode.mid;
+  const double s_old = mid ? a.mode.s_old : 0.5, s_new = mid ? a.mode.s_new : 0.5;
   const Bonds& b = st.bonds;
   double C[9], g0[3], g1[3], sum = b.halo.on() ? 0.0 : work;
   if (std::none_of(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.kind == BOND_GROUND; }))
@@ -249,9 +324,10 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
     bond_ground_motion(m, b, k, a.t1, a.total1, g1);
     bond_stiffness(b, dim, k, C);
     for (int i = 0; i < dim; ++i) {
-      double f = st.np1.lambda[k * dim + i];
+      const double l0 = st.n.lambda[k * dim + i], l1 = st.np1.lambda[k * dim + i];
+      double f = mid ? l1 : 0.5 * (l0 + l1);
       for (int j = 0; j < dim; ++j)
-        f += 0.5 * C[i * dim + j] * (st.n.slip[k * dim + j] + st.np1.slip[k * dim + j]);
+        f += C[i * dim + j] * (s_old * st.n.slip[k * dim + j] + s_new * st.np1.slip[k * dim + j]);
       sum -= f * (g1[i] - g0[i]);
     }
   }
@@ -407,16 +483,17 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   }
   // 2. dissipation of ghosts and damping                                            (3.17), (6.21)
   finish_ghosts(m, p.d.grid, s, a, dv, st.ledger);
-  finish_damping(m, p.d, s, a, st);
+  finish_damping(m, p.d, s, a, dv, st);
   st.ledger.friction += a.friction;
   // 3. results
   finish_followers(p.d.follow, a, m.dim, st);
-  finish_reactions(m, s, a.R, st);
+  finish_reactions(m, s, a.R, st, leaps && p.d.fm.on ? &p.stable.rf : nullptr);
   if (p.d.pairs.near || !st.contact.empty()) finish_contact(m, p.d.pairs, a, st);
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
   RealVec R0;
-  if (a.cM == 0.0) R0 = step_residual_at_start(s, a);
-  double work = a.plain ? a.work : external_work(s, a, rf0, R0);
+  if (a.cM == 0.0) R0 = step_residual_at_start(p, a);
+  double work = a.plain ? a.work : external_work(s, a, st, rf0, R0);
+  const double supports = a.cM == 0.0 || leaps ? 0.0 : energy_of_supports(p.d.grid, s, a, st, dv);
   if (a.cM == 0.0) step_settle(p, a, rf0, R0);
   if (!a.plain) book_release(p, a, leaps, work);     // else: by step_explicit
   if (leaps) {                 // energies: when they are output (run_step), or for a fracture test
@@ -424,6 +501,6 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   } else {
     ledger_sums(m, p.d.el, s, st.np1, a.step.nlgeom, st, work, p.d.fm.on ? &energy : nullptr);
   }
-  st.ledger.external += with_grounds(m, st, a, work);
+  st.ledger.external += with_grounds(m, st, a, work) + supports;
   if (!leaps) ledger_balance(m.dim, st.np1, st);
 }

@@ -380,15 +380,18 @@ void step_undo_point(State& st, bool copy, UndoPoint& u)
 {
   copy_state(st, u);
   u.share  = CornerShare();
+  u.later  = false;
   u.points = false;
   u.kept   = false;
   u.copy   = copy;
   if (copy) u.n = st.n;
 }
 
-void step_undo_later(UndoPoint& u)
+void step_undo_later(const State& st, UndoPoint& u)
 {
   u.whole = u.points = u.kept = u.copy = false;
+  u.contact = {st.bonds.contact.met, st.bonds.contact.wall, st.bonds.normal, st.grid_rf, st.contact};
+  u.later   = true;
 }
 
 void step_undo_state(State& st, UndoPoint& u)
@@ -422,10 +425,26 @@ bool step_can_undo(const State& st, const UndoPoint& u)
   return u.points || !u.whole || !points_changed(st, u);
 }
 
+namespace {
+
+// explicit: what step_finish wrote before the state was saved
+void undo_results(Problem& p, const UndoPoint& u)
+{
+  State& st = p.st;
+  st.bonds.contact.met  = u.contact.met;
+  st.bonds.contact.wall = u.contact.wall;
+  st.bonds.normal       = u.contact.normal;
+  st.grid_rf            = u.contact.grid_rf;
+  st.contact            = u.contact.log;
+  if (!p.stable.rf.empty()) st.rf.swap(p.stable.rf);
+}
+
+}  // namespace
+
 void step_undo(Problem& p, UndoPoint& u)
 {
   const StepLog log  = p.st.log;
-  const bool changed = u.whole && points_changed(p.st, u);
+  const bool changed = u.whole && points_changed(p.st, u), ended = u.kept;
   Level n;
   if (u.copy) n = u.n;
   else std::swap(n, u.kept ? u.n : p.st.n);
@@ -441,6 +460,7 @@ void step_undo(Problem& p, UndoPoint& u)
     p.st = u.state;
     u.state.points = Points();
   }
+  if (u.later && ended) undo_results(p, u);
   p.st.n   = std::move(n);
   p.st.np1 = p.st.n;
   p.st.log = log;

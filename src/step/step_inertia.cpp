@@ -233,6 +233,26 @@ void unbalanced_at_start(const Dofs& s, const RealVec& rf, const Attempt& a, Rea
   }
 }
 
+// Newmark, supports that move or have moved: M a + C v + fint - fext at t(n). It vanishes at free dofs but
+// for the accelerations of supports, which are differences of their velocities                       (6.12)
+Failure residual_before(Problem& p, const RealVec& Ma, Attempt& a)
+{
+  const Dofs& s = p.dofs;
+  // forces that change at t(n), by contact or fracture, are not those of supports
+  if (p.d.pairs.near || p.d.fm.on) return STATUS_OK;
+  bool still = p.st.log.inc > 2;         // a support may jump in the first increment
+  for (int i = 0; i < s.rows.neq(); ++i)
+    still = still && (s.bound.fixed[i] != DOF_FIXED || (s.bound.target[i] == 0.0 && a.agrid[i] == 0.0));
+  if (dof_all(s, still)) return STATUS_OK;
+  RealVec damping(s.rows.neq(), 0.0);
+  Failure failure = step_on_grid(p.d, s) ? Failure() : force_at_start(p, a);
+  if (failure.ok() && step_damps(p)) failure = step_damping(p, a.mode.finite, a.t0, a.dt, a.vgrid, damping);
+  if (!failure.ok()) return failure;
+  a.before = Ma;
+  for (int i = 0; i < s.rows.neq(); ++i) a.before[i] += a.fint0[i] - a.fext0[i] + damping[i];
+  return STATUS_OK;
+}
+
 }  // namespace
 
 Failure step_inertia_begin(Problem& p, Attempt& a)
@@ -253,7 +273,8 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   a.g.resize(p.dofs.rows.neq());
   for (int i = 0; i < p.dofs.rows.neq(); ++i)
     a.g[i] = scheme.known(s, a.dt, a.momentum[i], Ma.empty() ? 0.0 : Ma[i], force.empty() ? 0.0 : force[i]);
-  if (step_damps(p)) failure = begin_damping(p, a);
+  if (failure.ok() && scheme.acceleration && !scheme.force) failure = residual_before(p, Ma, a);
+  if (failure.ok() && step_damps(p)) failure = begin_damping(p, a);
   // predictor: free flight
   for (int i = 0; i < p.dofs.rows.neq(); ++i)
     a.du[i] = p.dofs.bound.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
@@ -271,6 +292,18 @@ void put_accelerations(Problem& p, const RealVec& acc)
     for (int i = 0; i < s.rows.dim; ++i)
       p.st.n.a[s.rows.node_of_row[r] * s.rows.dim + i] = acc[r * s.rows.dim + i];
   if (p.m.part.around.on()) halo_numbers(p.m.part.halo, s.rows.dim, p.st.n.a);
+}
+
+// explicit: reactions of nodes at t(n), from accelerations and forces there: half the work of the increment
+void put_reactions(Problem& p, const RealVec& acc, const RealVec& f)
+{
+  const Dofs& s = p.dofs;
+  if (s.bound.free) return;
+  p.st.rf.assign(p.st.n.u.size(), 0.0);
+  for (int i = 0; i < s.rows.nfe * s.rows.dim; ++i)
+    if (s.bound.fixed[i] == DOF_FIXED)
+      p.st.rf[s.rows.node_of_row[i / s.rows.dim] * s.rows.dim + i % s.rows.dim] =
+          s.mass.lumped[i / s.rows.dim] * acc[i] - f[i];
 }
 
 }  // namespace
@@ -308,6 +341,7 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
     if (it < 0) return MASS_FAILED;
   }
   put_accelerations(p, acc);
+  if (s.explicit_steps() && !dofs.bound.tie.any) put_reactions(p, acc, f);
   p.stable.before.clear();     // contact as it is now is in them
   p.stable.apart = false;
   return STATUS_OK;
@@ -319,6 +353,7 @@ namespace {
 Failure accelerations_at_start(Problem& p, Attempt& a)
 {
   const Dofs& s = p.dofs;
+  ledger_leap(s, 0.0, p.st);             // with the accelerations before                           (6.33)
   RealVec f, Ma, ahead = p.st.n.degr;
   ahead.swap(p.st.np1.degr);                         // degradation at t(n)
   Failure failure = force_at_start(p, a);
@@ -336,6 +371,7 @@ Failure accelerations_at_start(Problem& p, Attempt& a)
   }
   step_grid_friction(p, f, a.vgrid, 0.5 * a.dt, a.agrid);
   put_accelerations(p, a.agrid);
+  p.st.ledger.leap_grid = step_leap_of_grid(p, a.agrid);
   return failure;
 }
 

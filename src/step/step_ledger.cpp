@@ -102,7 +102,7 @@ double stiffness_energy(const Model& m, const Elements& el, const Dofs& dofs, co
   double sum = 0.0;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      sum += elem_volume(b, slot) * m.material[m.section[m.mesh.elem_section[b.elem[slot]]].material].young;
+      sum += elem_volume(b, slot) * m.material[model_material(m, b.elem[slot])].young;
     }
   for (int p : dofs.rows.owned_point) sum += pts.V0[p] * m.material[m.body[pts.body[p]].material].young;
   comm_sum(&sum, 1);
@@ -155,6 +155,7 @@ void sum_others(const Model& m, const Elements& el, const Dofs& dofs, const Leve
   elem_dissipated(el, l, g.plastic, g.cohesive);
   point_dissipated(m, st.points, l, dofs.rows.owned_point, g.plastic, g.cohesive);
   sum_ranks(g, work);
+  g.kinetic -= g.leap * g.leap * g.leap_grid;
 }
 
 }  // namespace
@@ -181,7 +182,7 @@ void ledger_leap(const Dofs& dofs, double dt, State& st)
   if (g.leap == dt) return;
   double energy = leap_energy(dofs, st.n);
   comm_sum(&energy, 1);
-  const double change = energy * (g.leap * g.leap - dt * dt);
+  const double change = (energy + g.leap_grid) * (g.leap * g.leap - dt * dt);
   g.kinetic += change;
   g.total0 += change;
   g.leap = dt;

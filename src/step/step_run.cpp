@@ -82,6 +82,7 @@ void begin_step(const Step& s, State& st)
   st.log.inc     = 0;
   st.log.begin   = ELEMENTS_DUE;
   st.rate.clear();
+  st.ledger.beta_power = 0.0;
   if (s.proc == PROC_STATIC) stop_motion(st);
   ledger_begin_step(st.ledger);
 }
@@ -246,7 +247,7 @@ Failure stop_for_faces(Problem& p, const Step& s, const StepLog& before, const S
 }
 
 // Between explicit and implicit increments the kinetic energy is that of other masses, where corners follow
-// nodes (6.47), and no longer that of half steps (6.33). Collective.
+// nodes (6.47). Collective.
 Failure change_masses(Problem& p, int k)
 {
   if (k == 0) return Failure();
@@ -261,7 +262,6 @@ Failure change_masses(Problem& p, int k)
     const double t_step = of == &s ? 0.0 : of->period;
     if (failure.ok()) failure = dof_constrain(p.m, p.d, st, *of, t_step, t_step, p.dofs, p.warned);
     if (!failure.ok()) return failure;
-    if (of == &last) ledger_leap(p.dofs, 0.0, st);
     ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
     energy[of == &s] = ledger_energy(st.ledger);
   }
@@ -322,12 +322,14 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   Failure failure = step_prepare(p, s);
   if (failure.ok() && !step_contact_faces_known(p)) failure = FACES_UNKNOWN;
   if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, s, inc.before, inc.clock);
-  if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
+  if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration) {
+    p.newton.grid.a.clear();   // other loads begin
     failure = step_initial_acceleration(p, s, 0.0);
+  }
   if (failure.ok() && s.explicit_steps()) failure = step_stable(p, s);
   inc.dt = clock_next(s, st.clock, stops);
   if (p.d.fm.on && s.explicit_steps()) {
-    step_undo_later(inc.undo);
+    step_undo_later(st, inc.undo);
     inc.undoes = true;
   } else if (p.d.fm.on && moves) {
     begin_undo(st, false, inc);                      // after the initial acceleration
@@ -560,6 +562,9 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     out_increment(p.m, p.d.el, st, p.d.grid, out);
     report_half(st, inc.half, p.warned);
     st.eroded.clear();
+    // other forces and supports may begin with the next step: the energies then are those of t(n)      (6.33)
+    const bool follows = st.log.step < static_cast<int>(p.m.step.size());
+    if (s.explicit_steps() && follows && clock_over(s, st.clock)) ledger_leap(p.dofs, 0.0, st);
     out_restart(p.m, st, p.d.grid, false, out);
     if (s.explicit_steps() && p.m.output.restart.write) discard_grid(p, out);
   }

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "base/comm.h"
 #include "step/step.h"
 
@@ -38,10 +40,40 @@ double* other_cause(Problem& p)
 
 }  // namespace
 
-RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a)
+namespace {
+
+// a.fint0 is that of du = 0, where grounds have moved already: takes their motion back
+void ground_at_start(const Problem& p, const Attempt& a, RealVec& R)
 {
+  const Dofs& s  = p.dofs;
+  const Bonds& b = p.st.bonds;
+  const int dim  = s.rows.dim;
+  if (std::none_of(p.m.bond.begin(), p.m.bond.end(), [](const BondDef& d) { return d.kind == BOND_GROUND; }))
+    return;
+  RealVec f(R.size(), 0.0);
+  double C[9], g0[3], g1[3];
+  for (int k : s.rows.bond_acts) {
+    if (b.side[k] != SIDE_GROUND) continue;
+    bond_ground_motion(p.m, b, k, a.t0, a.total0, g0);
+    bond_ground_motion(p.m, b, k, a.t1, a.total1, g1);
+    bond_stiffness(b, dim, k, C);
+    for (int q = s.rows.bond.off[k]; q < s.rows.bond.off[k + 1]; ++q)
+      for (int i = 0; i < dim; ++i)
+        for (int j = 0; j < dim; ++j)
+          f[s.rows.bond.item[q] * dim + i] += s.rows.bond_w[q] * C[i * dim + j] * (g1[j] - g0[j]);
+  }
+  sys_sum(s.pattern.A, f);
+  for (size_t i = 0; i < R.size(); ++i) R[i] += f[i];
+}
+
+}  // namespace
+
+RealVec step_residual_at_start(const Problem& p, const Attempt& a)
+{
+  const Dofs& dofs = p.dofs;
   RealVec R(dofs.rows.neq());
   for (int i = 0; i < dofs.rows.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
+  ground_at_start(p, a, R);
   tie_force(dofs, R);
   return R;
 }

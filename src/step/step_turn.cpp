@@ -63,6 +63,7 @@ Failure add_turn(Problem& p, const RealVec& of_place)
   to_rows(p, of_place, f);
   const Failure failure = step_accelerations(p, f, 0.0, acc);
   if (!failure.ok()) return failure;
+  ledger_leap(s, 0.0, p.st);             // with the accelerations before                           (6.33)
   for (int i = 0; i < s.rows.nfe * s.rows.dim; ++i) {
     const int k = s.rows.node_of_row[i / s.rows.dim] * s.rows.dim + i % s.rows.dim;
     if (s.bound.fixed[i] == DOF_FREE) p.st.n.a[k] += acc[i];
@@ -72,6 +73,10 @@ Failure add_turn(Problem& p, const RealVec& of_place)
   for (size_t i = 0; i < grid.a.size(); ++i)
     if (s.bound.fixed[first + i] == DOF_FREE) grid.a[i] += acc[first + i];
   if (p.m.part.around.on()) halo_numbers(p.m.part.halo, s.rows.dim, p.st.n.a);
+  if (!step_on_grid(p.d, s)) return STATUS_OK;
+  RealVec all(s.rows.neq(), 0.0);
+  std::copy(grid.a.begin(), grid.a.end(), all.begin() + first);
+  p.st.ledger.leap_grid = step_leap_of_grid(p, all);
   return STATUS_OK;
 }
 

@@ -139,3 +139,33 @@ TEST(Explicit, MassesAreLumped)
   EXPECT_NEAR(sum, 1.0, 1e-12);
   for (const Section& q : s.m.section) EXPECT_TRUE(q.lumped);
 }
+
+// what the end of an increment writes beside the levels does not survive when the increment is undone
+TEST(Explicit, ResultsOfAnUndoneIncrementAreForgotten)
+{
+  Scene s(block("CPE4", "0,0,1,0.5", "4,2") +
+          "*BLOCK, TYPE=CPE4, ELSET=C\n0,0.6,1,1\n4,2\n*SOLID SECTION, ELSET=C, MATERIAL=M\n*CONTACT\n"
+          "*EIGENFRACTURE, ELSET=B\n1\n");
+  State& st = s.st;
+  ASSERT_FALSE(st.bonds.contact.met.empty());
+  UndoPoint u;
+  step_undo_later(st, u);
+  const Bonds before = st.bonds;
+  st.bonds.contact.met[0]  = 0;
+  st.bonds.contact.wall[0] = 0;
+  st.bonds.normal[0] += 1.0;
+  st.contact.resize(s.m.bond.size());
+  st.contact[0].work = 3.0;
+  st.rf.assign(st.n.u.size(), 2.0);
+  s.p.stable.rf.assign(st.n.u.size(), 1.0);
+  st.np1 = st.n;
+  step_undo_keep(st, u);
+  std::swap(st.n, st.np1);
+  step_undo_state(st, u);
+  step_undo(s.p, u);
+  EXPECT_EQ(before.contact.met, st.bonds.contact.met);
+  EXPECT_EQ(before.contact.wall, st.bonds.contact.wall);
+  EXPECT_EQ(before.normal, st.bonds.normal);
+  EXPECT_TRUE(st.contact.empty());
+  EXPECT_EQ(1.0, st.rf[0]);
+}
