@@ -243,11 +243,10 @@ void finish_followers(const IntVec& follow, const Attempt& a, int dim, State& st
 
 // work of loads and moved supports over the step, of this rank                      (6.12)
 //   in   R0   [neq] statics: residual at t(n)
-double external_work(const Dofs& dofs, const Attempt& a, const State& st, const RealVec& rf0,
-                     const RealVec& R0)
+double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0, const RealVec& R0)
 {
   const int dim  = dofs.rows.dim;
-  const bool mid = a.mode.mid, leaps = a.step.explicit_steps();
+  const bool mid = a.mode.mid;
   double work = 0.0;
   for (int i = 0; i < dofs.rows.neq(); ++i) {
     if (!dofs.rows.counts(i)) continue;
@@ -256,19 +255,36 @@ double external_work(const Dofs& dofs, const Attempt& a, const State& st, const 
     if (!a.before.empty()) work += 0.5 * a.before[i] * a.du[i];
     if (dofs.bound.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim, k = r < dofs.rows.nfe ? dofs.rows.node_of_row[r] * dim + i % dim : -1;
-    double r0 = a.R[i], r1 = a.R[i];
+    double r0 = a.R[i];
     if (a.cM == 0.0) r0 = R0[i];
     else if (!a.before.empty()) r0 = 0.0;
     else if (!mid && k >= 0) r0 = rf0[k];
-    if (leaps && k >= 0) {     // the inertia of a support changes its kinetic energy
-      const double mass = dofs.mass.lumped[r], v0 = st.n.v[k], v1 = st.np1.v[k];
-      r0 -= mass * st.n.a[k];
-      r1 -= mass * st.np1.a[k];
-      work += 0.5 * mass * (v1 * v1 - v0 * v0);
-    }
-    work += 0.5 * (r0 + r1) * a.du[i];
+    work += 0.5 * (r0 + a.R[i]) * a.du[i];
   }
   return work;
+}
+
+// Explicit: what the kinetic energy of supports, and of the dofs that follow them, changes beyond the work of
+// their inertia by the mean of both ends; of this rank
+double inertia_of_supports(const Dofs& dofs, const Attempt& a, const State& st)
+{
+  const int dim = dofs.rows.dim;
+  const Ties& t = dofs.bound.tie;
+  std::vector<char> led(dofs.rows.neq(), 0);
+  for (int i = 0; i < dofs.rows.neq(); ++i) led[i] = dofs.bound.fixed[i] == DOF_FIXED;
+  for (size_t k = 0; k < t.dof.size(); ++k)
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q)
+      if (dofs.bound.fixed[t.master.item[q]] == DOF_FIXED) led[t.dof[k]] = 1;
+  double sum = 0.0;
+  for (int i = 0; i < dofs.rows.nfe * dim; ++i) {
+    if (!led[i] || !dofs.rows.counts(i)) continue;
+    const int k = dofs.rows.node_of_row[i / dim] * dim + i % dim;
+    const double v0 = st.n.v[k], v1 = st.np1.v[k], a0 = st.n.a[k], a1 = st.np1.a[k],
+                 leap = dofs.bound.fixed[i] == DOF_FIXED ? 0.0 : a.dt * a.dt / 8.0;      // (6.33)
+    sum += dofs.mass.lumped[i / dim] *
+           (0.5 * (v1 * v1 - v0 * v0) - 0.5 * (a0 + a1) * a.du[i] - leap * (a1 * a1 - a0 * a0));
+  }
+  return sum;
 }
 
 // Implicit steps: energy that supports add to the work of their reactions, of all ranks. At t(n+1) they have
@@ -492,7 +508,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
   RealVec R0;
   if (a.cM == 0.0) R0 = step_residual_at_start(p, a);
-  double work = a.plain ? a.work : external_work(s, a, st, rf0, R0);
+  double work = a.plain ? a.work : external_work(s, a, rf0, R0);
+  if (!a.plain && leaps) work += inertia_of_supports(s, a, st);
   const double supports = a.cM == 0.0 || leaps ? 0.0 : energy_of_supports(p.d.grid, s, a, st, dv);
   if (a.cM == 0.0) step_settle(p, a, rf0, R0);
   if (!a.plain) book_release(p, a, leaps, work);     // else: by step_explicit

@@ -298,12 +298,14 @@ void put_accelerations(Problem& p, const RealVec& acc)
 void put_reactions(Problem& p, const RealVec& acc, const RealVec& f)
 {
   const Dofs& s = p.dofs;
+  const int dim = s.rows.dim;
   if (s.bound.free) return;
+  RealVec R(s.rows.neq(), 0.0);
+  for (int i = 0; i < s.rows.nfe * dim; ++i) R[i] = s.mass.lumped[i / dim] * acc[i] - f[i];
+  tie_force(s, R);
   p.st.rf.assign(p.st.n.u.size(), 0.0);
-  for (int i = 0; i < s.rows.nfe * s.rows.dim; ++i)
-    if (s.bound.fixed[i] == DOF_FIXED)
-      p.st.rf[s.rows.node_of_row[i / s.rows.dim] * s.rows.dim + i % s.rows.dim] =
-          s.mass.lumped[i / s.rows.dim] * acc[i] - f[i];
+  for (int i = 0; i < s.rows.nfe * dim; ++i)
+    if (s.bound.fixed[i] == DOF_FIXED) p.st.rf[s.rows.node_of_row[i / dim] * dim + i % dim] = R[i];
 }
 
 }  // namespace
@@ -341,7 +343,7 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
     if (it < 0) return MASS_FAILED;
   }
   put_accelerations(p, acc);
-  if (s.explicit_steps() && !dofs.bound.tie.any) put_reactions(p, acc, f);
+  if (s.explicit_steps()) put_reactions(p, acc, f);
   p.stable.before.clear();     // contact as it is now is in them
   p.stable.apart = false;
   return STATUS_OK;
