@@ -188,7 +188,10 @@ void frac_erode(const Model& m, const Step& s, const Elements& el, const FracMes
 // frac_track : TRACK: statics, after a converged increment: moves the tips of cohesive cracks through the
 // elements that have begun to crack, turns them (2.36d), and marks which elements may begin next:  (2.36c)
 // those on the lines from the tips, and none beside a crack. Writes the marks to both levels.
-void frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, State& st);
+// Cracks that begin at the end of a slit begin anew from l0, the start of the increment, on their lines:
+// true, and there is no equilibrium
+bool frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l0,
+                State& st);
 
 // frac_when : time of the criterion of each on the line through its values at l0 and l1, which may lie before
 // l0 (7.15); l1 in statics, with FALLBACK, COHESIVE and for elements with sudden release. Collective.

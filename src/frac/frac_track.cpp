@@ -16,6 +16,11 @@ const double RADIUS_OF_ZONE = 1.0 / 6.0, TURN_OF_ZONE = 0.4;
 // In element sizes: smallest radius; length of the line ahead of a tip, and radius around a crack in which
 // nothing else begins, both at least the radius of the mean  (test: strength/l_panel_track.inp)
 const double MEAN_SIZES = 2.0, REACH_SIZES = 4.0;
+// A corner of the surface with a larger angle of material is re-entrant  (test: strength/slit.inp)
+const double CORNER_ANGLE = 1.3 * M_PI;
+// In element sizes: distance of such a corner from the centre of the element that opens first
+// (test: strength/slit.inp)
+const double CORNER_SIZES = 1.5;
 // the weight exp(-d^2/2r^2) of the mean ends here, in radii  (no test)
 const double CUT = 2.5;
 
@@ -27,8 +32,10 @@ struct Tracker {
   const Step& step;
   const Elements& el;
   const FracMesh& fm;
+  const Level& l0;
   State& st;
   Fracture& fr;
+  bool undone = false;         // elements have their history of l0 again
   int ntip() const { return static_cast<int>(fr.tip_elem.size()); }
   const ShapeInfo& shape(int e) const { return shape_info[elem_table[m.mesh.elem_type[e]].shape]; }
   const double* centre(int e) const { return &fm.centre[3 * static_cast<size_t>(e)]; }
@@ -190,6 +197,15 @@ void add_tip(Tracker& t, int e, const double* d)
   t.fr.tip_elem.push_back(ahead);
 }
 
+bool near_tip(const Tracker& t, const double* x, double radius)
+{
+  for (int k = 0; k < t.ntip(); ++k) {
+    const double* tip = &t.fr.tip[4 * static_cast<size_t>(k)];
+    if (t.fr.tip_elem[k] >= 0 && std::hypot(x[0] - tip[0], x[1] - tip[1]) < radius) return true;
+  }
+  return false;
+}
+
 double largest_opening(const Tracker& t, int e)
 {
   if (t.el.broken(e) >= 0) return HUGE_VAL;
@@ -197,6 +213,196 @@ double largest_opening(const Tracker& t, int e)
   for (int g = t.el.gauss_of[e]; g < t.el.gauss_of[e + 1]; ++g)
     largest = std::max(largest, crack_opening(t.block(e).law, history_at(t.st.n.he, t.el.history, g)));
   return largest;
+}
+
+// A re-entrant corner of the surface; the end of a slit is one of 360 degrees
+struct Corner {
+  int node = -1;
+  double into[2] = {0, 0};     // into the material, halfway between both faces
+};
+
+bool present(const Tracker& t, int e)
+{
+  return e >= 0 && t.el.initial_block[e] >= 0 && t.fr.phase[e] == AS_ELEMENT;
+}
+
+// local index of a node in an element
+int local_of(const Tracker& t, int e, int node)
+{
+  const int* c = t.m.mesh.conn.begin(e);
+  return static_cast<int>(std::find(c, c + t.shape(e).nen, node) - c);
+}
+
+// a, b: from node a of the element to the nodes after and before it, counterclockwise
+void sides(const Tracker& t, int e, int node, double* a, double* b)
+{
+  const int k = local_of(t, e, node), nen = t.shape(e).nen;
+  const double *x = t.node(e, k), *next = t.node(e, (k + 1) % nen), *last = t.node(e, (k + nen - 1) % nen);
+  for (int i = 0; i < 2; ++i) {
+    a[i] = next[i] - x[i];
+    b[i] = last[i] - x[i];
+  }
+}
+
+double cross(const double* a, const double* b) { return a[0] * b[1] - a[1] * b[0]; }
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1]; }
+
+// has the surface a re-entrant corner at a node?
+bool reentrant(const Tracker& t, int node, Corner& c)
+{
+  double turn = 0.0, out[2] = {0, 0};
+  for (int k = 0; k < t.fm.of_node.count(node); ++k) {
+    const int e = t.fm.of_node.begin(node)[k];
+    if (!present(t, e)) continue;
+    double a[2], b[2];
+    sides(t, e, node, a, b);
+    turn += std::atan2(cross(a, b), dot(a, b));
+    const ShapeInfo& shape = t.shape(e);
+    for (int f = 0; f < shape.nface; ++f) {
+      const int *conn = t.m.mesh.conn.begin(e), from = conn[shape.face[f][0]], to = conn[shape.face[f][1]];
+      if (from != node && to != node) continue;
+      if (present(t, t.fm.across[6 * static_cast<size_t>(e) + f])) continue;
+      const double* side = from == node ? a : b;
+      for (int i = 0; i < 2; ++i) out[i] += side[i] / std::hypot(side[0], side[1]);
+    }
+  }
+  const double length = std::hypot(out[0], out[1]);
+  if (turn < CORNER_ANGLE || length == 0.0) return false;
+  c.node = node;
+  for (int i = 0; i < 2; ++i) c.into[i] = -out[i] / length;
+  return true;
+}
+
+// the re-entrant corner near the centre of an element; of two, which are those of a blunt notch, none
+Corner corner_near(const Tracker& t, int e)
+{
+  Corner found, c;
+  bool blunt = false;
+  const double *x = t.centre(e), radius = CORNER_SIZES * t.fm.local[e];
+  frac_in_ball(t.fm, x, 2.0 * radius, [&](int o, double) {
+    for (int a = 0; present(t, o) && a < t.shape(o).nen; ++a) {
+      const int node = t.m.mesh.conn.begin(o)[a];
+      const double* X = t.node(o, a);
+      if (node == found.node || std::hypot(X[0] - x[0], X[1] - x[1]) > radius) continue;
+      if (!reentrant(t, node, c)) continue;
+      blunt = blunt || found.node >= 0;
+      found = c;
+    }
+  });
+  return blunt ? Corner() : found;
+}
+
+// A line from a corner: the node belongs to one side of it, and the elements on the other side, the flank,
+// are parted from the node
+struct Start {
+  int side;                    // 1: the flank is to the left of the line, -1: to the right
+  int ahead = -1;              // the first element of the line
+  IntVec flank;
+  double angle = 0.0;          // from the line to the surface on the side of the flank
+  double area  = 0.0;          // of the parting, of all elements of the flank
+};
+
+// of the shape function of a node of the element at an integration point
+const double* gradient(const Tracker& t, int e, int g, int node)
+{
+  const ElemBlock& b = t.block(e);
+  const size_t at    = (b.gauss(t.el.slot_of[e]) + g) * t.shape(e).nen + local_of(t, e, node);
+  return &b.dNdX[2 * at];
+}
+
+// area of the cut between a node of an element and the others, V/b of (2.36c)
+double cut_area(const Tracker& t, int e, int node)
+{
+  const int ngp = t.shape(e).ngp;
+  double sum = 0.0;
+  for (int g = 0; g < ngp; ++g) {
+    const double* dN = gradient(t, e, g, node);
+    sum += t.fm.volume[e] / ngp * std::hypot(dN[0], dN[1]);
+  }
+  return sum;
+}
+
+// the start along d with its flank on one side; on an edge the first element is that of the flank
+Start start_on(const Tracker& t, int node, const double* d, int side)
+{
+  const double ROUND = side * 1e-6, to[2] = {d[0] - ROUND * d[1], d[1] + ROUND * d[0]};        // angle
+  Start s;
+  s.side = side;
+  for (int k = 0; k < t.fm.of_node.count(node); ++k) {
+    const int e = t.fm.of_node.begin(node)[k];
+    if (!present(t, e)) continue;
+    double a[2], b[2];
+    sides(t, e, node, a, b);
+    const double middle[2] = {a[0] + b[0], a[1] + b[1]};
+    if (cross(a, to) >= 0.0 && cross(to, b) > 0.0) {
+      s.ahead = e;
+      s.angle += std::fabs(std::atan2(cross(d, side > 0 ? b : a), dot(d, side > 0 ? b : a)));
+    } else if (side * cross(to, middle) > 0.0) {
+      s.flank.push_back(e);
+      s.angle += std::atan2(cross(a, b), dot(a, b));
+      s.area += cut_area(t, e, node);
+    }
+  }
+  return s;
+}
+
+// the flank with the smaller angle; of equal ones, at a slit, that with the smaller area
+Start better_start(const Start& a, const Start& b)
+{
+  const double EQUAL_ANGLE = 0.4, ROUND = 1e-6;        // radians; relative
+  if (a.ahead < 0 || b.ahead < 0) return a.ahead < 0 ? b : a;
+  if (std::fabs(a.angle - b.angle) > EQUAL_ANGLE) return a.angle < b.angle ? a : b;
+  return b.area < (1.0 - ROUND) * a.area ? b : a;
+}
+
+// elements with a crack since this increment, within a radius: the cracks have not begun
+void undo(Tracker& t, const double* x, double radius)
+{
+  frac_in_ball(t.fm, x, radius, [&](int o, double) {
+    if (!tracks(t, o) || t.fr.tracked[o] || !elem_cracked(t.st.n, o)) return;
+    elem_uncracked(t.el, t.l0, t.st.n, o);
+    t.undone = true;
+  });
+}
+
+// calls mark(history) at the integration points of both levels
+template <class Mark>
+void for_history(Tracker& t, int e, Mark mark)
+{
+  for (int g = 0; g < t.shape(e).ngp; ++g)
+    for (Level* l : {&t.st.n, &t.st.np1}) mark(g, history_at(l->he, t.el.history, t.el.gauss_of[e] + g));
+}
+
+// an element of the flank of a start opens between its node there and the others
+void mark_flank(Tracker& t, int e, int node)
+{
+  const ElemBlock& b = t.block(e);
+  const double LEAST[3] = {0, 0, 0};   // no normal of a line: the smallest p
+  for_history(t, e, [&](int g, double* h) {
+    const double* dN  = gradient(t, e, g, node);
+    const double G[3] = {dN[0], dN[1], 0.0};
+    crack_line(b.law, G, LEAST, h);
+  });
+}
+
+// a crack at a corner: a tip there. False: nothing can break there
+bool start_at(Tracker& t, int root, const Corner& c)
+{
+  const double* X = &t.m.mesh.X[3 * static_cast<size_t>(c.node)];
+  const double angle = std::atan2(c.into[1], c.into[0]) + turn_wanted(t, root, X, c.into);
+  const double d[2]  = {std::cos(angle), std::sin(angle)};
+  const Start s = better_start(start_on(t, c.node, d, 1), start_on(t, c.node, d, -1));
+  if (s.ahead < 0 || !tracks(t, s.ahead) || !(intact(t, s.ahead) || begun(t, s.ahead))) return false;
+  undo(t, X, reach(t, root));
+  const double off = 1e-6 * s.side * t.fm.size[s.ahead];       // the node is on one side of the line
+  t.fr.tip.insert(t.fr.tip.end(), {X[0] - off * d[1], X[1] + off * d[0], d[0], d[1]});
+  t.fr.tip_elem.push_back(s.ahead);
+  for (int e : s.flank) {
+    if (!tracks(t, e)) continue;
+    t.fr.tracked[e] = BESIDE;
+    mark_flank(t, e, c.node);
+  }
+  return true;
 }
 
 // elements that have begun apart from all cracks: the one that is open widest first, which gets two tips
@@ -208,8 +414,11 @@ void find_roots(Tracker& t)
   std::sort(all.begin(), all.end());
   for (const auto& [opening, e] : all) {
     const double* x = t.centre(e);
-    bool beside = false;
+    if (!begun(t, e)) continue;
+    bool beside = near_tip(t, x, reach(t, e));
     frac_in_ball(t.fm, x, reach(t, e), [&](int o, double) { beside = beside || t.fr.tracked[o]; });
+    const Corner corner = beside ? Corner() : corner_near(t, e);
+    if (corner.node >= 0 && start_at(t, e, corner)) continue;
     t.fr.tracked[e] = beside ? BESIDE : ON_PATH;
     if (beside) continue;
     const double axis[2] = {1.0, 0.0}, angle = turn_wanted(t, e, x, axis);
@@ -218,14 +427,6 @@ void find_roots(Tracker& t)
       add_tip(t, e, d);
     }
   }
-}
-
-// calls mark(history) at the integration points of both levels
-template <class Mark>
-void for_history(Tracker& t, int e, Mark mark)
-{
-  for (int g = 0; g < t.shape(e).ngp; ++g)
-    for (Level* l : {&t.st.n, &t.st.np1}) mark(g, history_at(l->he, t.el.history, t.el.gauss_of[e] + g));
 }
 
 // the line from x along d cuts the nodes of an element into two sides
@@ -249,6 +450,13 @@ void mark_line(Tracker& t, int e, const double* x, const double* d)
   });
 }
 
+// an element on a line begins where |S n| reaches p ft, whatever its other stresses
+void begin_at_least(Tracker& t, int e)
+{
+  const double* N = crack_normal(t.block(e).law, history_at(t.st.n.he, t.el.history, t.el.gauss_of[e]));
+  if (N[0] != 0.0 || N[1] != 0.0) t.st.n.cracked[e] = 1;
+}
+
 // elements that may begin in the next increment: on the lines from the tips, and apart from all cracks
 void mark(Tracker& t)
 {
@@ -260,11 +468,18 @@ void mark(Tracker& t)
   for (int e = 0; e < n; ++e)
     if (t.fr.tracked[e])
       frac_in_ball(t.fm, t.centre(e), reach(t, e), [&](int o, double) { shut[o] = 1; });
+  for (int k = 0; k < t.ntip(); ++k) {
+    const int ahead = t.fr.tip_elem[k];
+    const double x[3] = {t.fr.tip[4 * k], t.fr.tip[4 * k + 1], 0.0};
+    if (ahead >= 0) frac_in_ball(t.fm, x, reach(t, ahead), [&](int o, double) { shut[o] = 1; });
+  }
   for (int e = 0; e < n; ++e) {
     if (!can_begin(e)) continue;
     const MatLaw& law = t.block(e).law;
     for_history(t, e, [&](int, double* h) { shut[e] ? crack_shut(law, h) : crack_free(law, h); });
   }
+  for (int e = 0; e < n; ++e)
+    if (t.fr.tracked[e] == BESIDE && intact(t, e)) begin_at_least(t, e);
   for (int k = 0; k < t.ntip(); ++k) {
     const double *tip = &t.fr.tip[4 * static_cast<size_t>(k)], *d = tip + 2;
     double x[2] = {tip[0], tip[1]}, length = 0.0;
@@ -281,13 +496,15 @@ void mark(Tracker& t)
 
 }  // namespace
 
-void frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, State& st)
+bool frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l0,
+                State& st)
 {
-  Tracker t{m, s, el, fm, st, st.frac};
+  Tracker t{m, s, el, fm, l0, st, st.frac};
   if (t.fr.tracked.empty()) t.fr.tracked.assign(m.mesh.nelem(), 0);
   grow(t, 0);
   const int old = t.ntip();
   find_roots(t);
   grow(t, old);
   mark(t);
+  return t.undone;
 }

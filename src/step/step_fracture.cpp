@@ -215,14 +215,14 @@ void book_leap(Problem& p, const Step& s, double& account)
   ledger_balance(p.m.dim, p.st.n, p.st);
 }
 
-// statics, TRACK: where cracks may grow in the next increment
-void track_cracks(Problem& p, const Step& s, UndoPoint& before)
+// statics, TRACK: where cracks may grow in the next increment; true: cracks have begun anew on their lines
+bool track_cracks(Problem& p, const Step& s, UndoPoint& before)
 {
   const auto tracks = [](const FractureDef& f) { return f.track; };
-  if (std::none_of(p.m.fracture.begin(), p.m.fracture.end(), tracks)) return;
+  if (std::none_of(p.m.fracture.begin(), p.m.fracture.end(), tracks)) return false;
   Timer timer(PHASE_FRACTURE);
   step_undo_state(p.st, before);
-  frac_track(p.m, s, p.d.el, p.d.fm, p.st);
+  return frac_track(p.m, s, p.d.el, p.d.fm, before.n, p.st);
 }
 
 // CRITERION_EXCEEDED: the load of the first fracture lies well inside the increment                (7.25)
@@ -279,8 +279,12 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     if (converts && s.proc == PROC_DYNAMIC)
       frac_to_release(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) {
-      track_cracks(p, s, before);
-      return STATUS_OK;
+      if (!track_cracks(p, s, before)) return STATUS_OK;
+      p.ready = false;
+      Failure failure = step_prepare(p, s);
+      if (failure.ok()) failure = settle(p, s, t_step, energy);
+      if (!failure.ok()) return failure;
+      continue;
     }
     const ForceChange change = force_change(p, s, erode, convert.empty() && torn.empty());
     Failure failure = apply(p, s, t_step, erode, torn, convert, change, before);
