@@ -575,8 +575,6 @@ void check_track(Deck& d, const Model& m)
     if (m.dim != 2) refuse_it("a crack grows from a tip in the plane only");
     if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.proc == PROC_DYNAMIC; }))
       refuse_it("in steps with *STATIC only");
-    if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.arc.on; }))
-      refuse_it("not with *STATIC, RIKS, which controls elements that a crack may not enter");
     if (comm_size() > 1) refuse_it("runs on one rank");
   }
 }

@@ -312,8 +312,27 @@ void crack_shut(const MatLaw& law, double* h) { set_mark(law, Vec3::Zero(), -1.0
 
 void crack_free(const MatLaw& law, double* h) { set_mark(law, Vec3::Zero(), 0.0, h); }
 
+namespace {
+
+// crack_share of a crack along a line, 0 where it is pressed or shut
+double line_share(const MatLaw& law, const double* S, const double* h, double* N)
+{
+  const Eigen::Map<const Vec3> pn(crack_normal(law, h));
+  const double p = pn.norm(), k = crack_opening(law, h), carries = cohesion(law.crack, k).f;
+  if (p == 0.0 || carries == 0.0) return 0.0;
+  const Mat3 full = full_of(S);
+  const Vec3 n = pn / p, t = full * n;
+  std::copy_n(n.data(), 3, N);
+  if (n.dot(t) <= 0.0) return 0.0;
+  const double share = t.norm() / (p * carries);
+  return k > 0.0 ? share : std::min(share, full.norm() / carries);
+}
+
+}  // namespace
+
 double crack_share(const MatLaw& law, const double* S, const double* h, double* N)
 {
+  if (crack_normal(law, h)[CRACK_WIDTH] < 0.0) return line_share(law, S, h, N);
   Opening o;
   o.t = largest_stress(law.crack, S, -HUGE_VAL);
   find_normal(law.crack, S, o);
