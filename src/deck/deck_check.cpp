@@ -564,7 +564,7 @@ void check_reshape(Deck& d, const Model& m, const Body& b)
   if (comm_size() > 1) refuse_it("runs on one rank");
 }
 
-// TRACK of *EIGENFRACTURE: statics in the plane on one rank; its material: check_cohesive
+// TRACK of *EIGENFRACTURE: statics in the plane; its material: check_cohesive
 void check_track(Deck& d, const Model& m)
 {
   for (const FractureDef& f : m.fracture) {
@@ -575,7 +575,6 @@ void check_track(Deck& d, const Model& m)
     if (m.dim != 2) refuse_it("a crack grows from a tip in the plane only");
     if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.proc == PROC_DYNAMIC; }))
       refuse_it("in steps with *STATIC only");
-    if (comm_size() > 1) refuse_it("runs on one rank");
   }
 }
 

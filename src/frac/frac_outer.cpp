@@ -161,6 +161,16 @@ void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec&
   }
 }
 
+// TRACK: all ranks move all tips, through elements of all ranks
+void add_tracked(const Model& m, const IntVec& rank, std::vector<IntVec>& list)
+{
+  for (const FractureDef& f : m.fracture)
+    for (int r = 0; r < static_cast<int>(list.size()) && f.track; ++r)
+      for (int e : m.elset[f.elset].item)
+        if (rank[e] != r) list[r].push_back(e);
+  for (IntVec& of : list) sort_once(of);
+}
+
 // elements of other ranks at a node of the elements listed so far
 void add_neighbours(const Mesh& mesh, const ListTable& of_node, const IntVec& rank,
                     std::vector<IntVec>& list)
@@ -263,7 +273,9 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
     }
   }
   notch.clear();
-  if (all.empty() || *std::max_element(all.begin(), all.end()) == 0.0) return list;
+  const auto tracks = [](const FractureDef& f) { return f.track; };
+  const bool any    = std::any_of(all.begin(), all.end(), [](double x) { return x > 0.0; });
+  if (!any && std::none_of(m.fracture.begin(), m.fracture.end(), tracks)) return list;
   const ListTable of_node = frac_of_node(m.mesh);
   // with FORCE only, both reaches are equal
   if (reach != all) notch = find_notched(m, of_node, s, rank, reach, all);
@@ -272,6 +284,7 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
   const Cells cells = find_cells(s, rank, reach);
   Around around;
   for (int o = 0; o < m.mesh.nelem(); ++o) add_near(cells, s, rank, reach, o, around, list);
+  add_tracked(m, rank, list);
   add_neighbours(m.mesh, of_node, rank, list);
   for (IntVec& of : list) std::sort(of.begin(), of.end());
   return list;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include "base/comm.h"
 #include "frac/frac.h"
 
 namespace {
@@ -35,6 +36,8 @@ struct Tracker {
   const Level& l0;
   State& st;
   Fracture& fr;
+  // [nelem] of all ranks: the largest opening of cracks that opened in this run, 0: none
+  RealVec opening;
   bool undone = false;         // elements have their history of l0 again
   int ntip() const { return static_cast<int>(fr.tip_elem.size()); }
   const ShapeInfo& shape(int e) const { return shape_info[elem_table[m.mesh.elem_type[e]].shape]; }
@@ -52,9 +55,24 @@ bool tracks(const Tracker& t, int e) { return t.fm.def[e] >= 0 && t.m.fracture[t
 bool intact(const Tracker& t, int e) { return t.fr.phase[e] == AS_ELEMENT && t.el.broken(e) < 0; }
 
 // has the element a crack that opened in this run?
-bool begun(const Tracker& t, int e)
+bool begun(const Tracker& t, int e) { return t.opening[e] > 0.0; }
+
+// the largest opening of an element of this rank; broken: more than any
+double largest_opening(const Tracker& t, int e)
 {
-  return elem_cracked(t.st.n, e) || (t.el.broken(e) >= 0 && t.fr.time[e] > 0.0);
+  if (t.el.broken(e) >= 0) return t.fr.time[e] > 0.0 ? HUGE_VAL : 0.0;
+  double largest = 0.0;
+  for (int g = t.el.gauss_of[e]; g < t.el.gauss_of[e + 1] && elem_cracked(t.st.n, e); ++g)
+    largest = std::max(largest, crack_opening(t.block(e).law, history_at(t.st.n.he, t.el.history, g)));
+  return largest;
+}
+
+void find_openings(Tracker& t)
+{
+  t.opening.assign(t.m.mesh.nelem(), 0.0);
+  for (int e = 0; e < t.m.mesh.nelem(); ++e)
+    if (tracks(t, e) && t.m.part.works(e)) t.opening[e] = largest_opening(t, e);
+  frac_share(t.m.part, t.opening);
 }
 
 // E Gc/ft^2                                                                                         length
@@ -93,20 +111,37 @@ void add_tension(const Eigen::Matrix2d& sig, double weight, double* S)
   S[2] += (s1 - s2) * c * s;
 }
 
-// angle from d to the line across the largest principal stress of the mean around x, -pi/2 to pi/2  (2.36d)
-double turn_wanted(const Tracker& t, int e, const double* x, const double* d)
+// a term of the mean stress
+struct Term { int number; double S[3]; };
+
+// tensile stress in the plane around x, of elements of all ranks in the order of the deck         (2.36d)
+void mean_stress(const Tracker& t, const double* x, double r, double* S)
 {
-  const double r = mean_radius(t, e), at[3] = {x[0], x[1], 0.0};
-  double S[3] = {0, 0, 0};
+  std::vector<Term> all;
+  const double at[3] = {x[0], x[1], 0.0};
   frac_in_ball(t.fm, at, CUT * r, [&](int o, double) {
-    if (t.el.initial_block[o] < 0 || !intact(t, o)) return;
+    if (t.el.initial_block[o] < 0 || !intact(t, o) || !t.m.part.works(o)) return;
+    Term term{t.m.part.elem_number(o), {0, 0, 0}};
     for (int g = 0; g < t.shape(o).ngp; ++g) {
       IpFields f;
       elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, o, g, f);
       const double along = std::hypot(f.X[0] - x[0], f.X[1] - x[1]) / r;
-      if (along < CUT) add_tension(stress_at_rest(f), f.V0 * std::exp(-0.5 * along * along), S);
+      if (along < CUT) add_tension(stress_at_rest(f), f.V0 * std::exp(-0.5 * along * along), term.S);
     }
+    all.push_back(term);
   });
+  comm_allgatherv(all);
+  std::sort(all.begin(), all.end(), [](const Term& a, const Term& b) { return a.number < b.number; });
+  for (const Term& term : all)
+    for (int i = 0; i < 3; ++i) S[i] += term.S[i];
+}
+
+// angle from d to the line across the largest principal stress of the mean around x, -pi/2 to pi/2  (2.36d).
+// Collective.
+double turn_wanted(const Tracker& t, int e, const double* x, const double* d)
+{
+  double S[3] = {0, 0, 0};
+  mean_stress(t, x, mean_radius(t, e), S);
   const double EQUAL = 1e-9;           // principal stresses: no direction
   if (std::hypot(S[2], 0.5 * (S[0] - S[1])) <= EQUAL * (S[0] + S[1])) return 0.0;
   const double line = 0.5 * std::atan2(S[2], 0.5 * (S[0] - S[1])) + 0.5 * M_PI;
@@ -206,15 +241,6 @@ bool near_tip(const Tracker& t, const double* x, double radius)
   return false;
 }
 
-double largest_opening(const Tracker& t, int e)
-{
-  if (t.el.broken(e) >= 0) return HUGE_VAL;
-  double largest = 0.0;
-  for (int g = t.el.gauss_of[e]; g < t.el.gauss_of[e + 1]; ++g)
-    largest = std::max(largest, crack_opening(t.block(e).law, history_at(t.st.n.he, t.el.history, g)));
-  return largest;
-}
-
 // A re-entrant corner of the surface; the end of a slit is one of 360 degrees
 struct Corner {
   int node = -1;
@@ -280,7 +306,7 @@ Corner corner_near(const Tracker& t, int e)
   bool blunt = false;
   const double *x = t.centre(e), radius = CORNER_SIZES * t.fm.local[e];
   frac_in_ball(t.fm, x, 2.0 * radius, [&](int o, double) {
-    for (int a = 0; present(t, o) && a < t.shape(o).nen; ++a) {
+    for (int a = 0; tracks(t, o) && present(t, o) && a < t.shape(o).nen; ++a) {
       const int node = t.m.mesh.conn.begin(o)[a];
       const double* X = t.node(o, a);
       if (node == found.node || std::hypot(X[0] - x[0], X[1] - x[1]) > radius) continue;
@@ -359,9 +385,10 @@ Start better_start(const Start& a, const Start& b)
 void undo(Tracker& t, const double* x, double radius)
 {
   frac_in_ball(t.fm, x, radius, [&](int o, double) {
-    if (!tracks(t, o) || t.fr.tracked[o] || !elem_cracked(t.st.n, o)) return;
-    elem_uncracked(t.el, t.l0, t.st.n, o);
-    t.undone = true;
+    if (!begun(t, o) || t.fr.tracked[o] || t.el.broken(o) >= 0) return;
+    if (t.m.part.works(o)) elem_uncracked(t.el, t.l0, t.st.n, o);
+    t.opening[o] = 0.0;
+    t.undone     = true;
   });
 }
 
@@ -410,7 +437,7 @@ void find_roots(Tracker& t)
 {
   std::vector<std::pair<double, int>> all;
   for (int e = 0; e < t.m.mesh.nelem(); ++e)
-    if (tracks(t, e) && begun(t, e) && !t.fr.tracked[e]) all.push_back({-largest_opening(t, e), e});
+    if (begun(t, e) && !t.fr.tracked[e]) all.push_back({-t.opening[e], e});
   std::sort(all.begin(), all.end());
   for (const auto& [opening, e] : all) {
     const double* x = t.centre(e);
@@ -454,7 +481,7 @@ void mark_line(Tracker& t, int e, const double* x, const double* d)
 void begin_at_least(Tracker& t, int e)
 {
   const double* N = crack_normal(t.block(e).law, history_at(t.st.n.he, t.el.history, t.el.gauss_of[e]));
-  if (N[0] != 0.0 || N[1] != 0.0) t.st.n.cracked[e] = 1;
+  if ((N[0] != 0.0 || N[1] != 0.0) && t.m.part.works(e)) t.st.n.cracked[e] = 1;
 }
 
 // elements that may begin in the next increment: on the lines from the tips, and apart from all cracks
@@ -499,8 +526,9 @@ void mark(Tracker& t)
 bool frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l0,
                 State& st)
 {
-  Tracker t{m, s, el, fm, l0, st, st.frac};
+  Tracker t{m, s, el, fm, l0, st, st.frac, {}};
   if (t.fr.tracked.empty()) t.fr.tracked.assign(m.mesh.nelem(), 0);
+  find_openings(t);
   grow(t, 0);
   const int old = t.ntip();
   find_roots(t);

@@ -20,6 +20,8 @@ void renumber(int before, int now, Node node, Elem elem, Corner corner, State& s
     if (!f.points) f.elem = elem(f.elem);
   for (IntVec* list : {&st.frac.releasing, &st.frac.converted})
     for (int& e : *list) e = elem(e);
+  for (int& e : st.frac.tip_elem)
+    if (e >= 0) e = elem(e);
 }
 
 }  // namespace
