@@ -599,6 +599,10 @@ void step_warn_compressed(const Model& m, const Elements& el, const PointLaws& l
 void step_warn_loose(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                      const Step& s, Warned& warned);
 
+// step_warn_bridged : warns where the residual stiffness of open cracks stores a part of their toughness
+void step_warn_bridged(const Model& m, const Discretisation& d, const State& st, const Step& s,
+                       Warned& warned);
+
 // step_divides_again : does the work of a divided model with fracture or conversion need repartitioning?
 // Called once an increment, before it begins; updates State::work, and first assigns new points to ranks.
 // Collective.
