@@ -27,6 +27,32 @@ double largest_coordinate(const MasterFace& f)
   return largest;
 }
 
+// Height of the element at t = 0 over its face out: mean distance of its other corners. Slivers with a node
+// over the face, which say little about the thickness of the body, count as a tenth of the size
+double height_at_start(const Model& m, const Points& pts, bool body, int elem, const MasterFace& out)
+{
+  const ShapeInfo& info = shape_info[body ? pts.shape[elem] : elem_table[m.mesh.elem_type[elem]].shape];
+  const int* conn       = body ? pts.conn.begin(elem) : m.mesh.conn.begin(elem);
+  const int nnode       = body ? m.mesh.nnode() : 0;
+  const auto start = [&](int c, double* x) {
+    for (int i = 0; i < 3; ++i) x[i] = !body ? m.mesh.X[3 * c + i] : i < m.dim ? pts.Xc[c * m.dim + i] : 0.0;
+  };
+  double x[12], n[3], p[3], sum = 0.0, centre = 0.0;
+  for (int k = 0; k < out.n; ++k) start(out.node[k] - nnode, x + 3 * k);
+  const double xi[2] = {out.n == 3 ? 1.0 / 3 : 0.0, out.n == 3 ? 1.0 / 3 : 0.0};
+  const double norm  = face_area(out.n, x, xi, n);
+  for (int k = 0; k < 3 * out.n; ++k) centre += x[k] * n[k % 3] / out.n;
+  int others = 0;
+  for (int k = 0; k < shape_info[info.linear].nen; ++k) {
+    if (std::find(out.node, out.node + out.n, conn[k] + nnode) != out.node + out.n) continue;
+    start(conn[k], p);
+    sum += centre - (p[0] * n[0] + p[1] * n[1] + p[2] * n[2]);
+    ++others;
+  }
+  const double height = sum / (others * norm);
+  return others < out.n ? std::max(height, 0.1 * out.size) : height;
+}
+
 // move(k): displacement k of the nodes or the corners
 template <class Move>
 MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, Move move)
@@ -52,6 +78,7 @@ MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, 
     const double *a = out.x + 3 * k, *b = out.x + 3 * ((k + 1) % out.n);
     out.size = std::max(out.size, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
   }
+  out.deepest  = std::min(CONTACT_DEEPEST * out.size, height_at_start(m, pts, body, f.elem, out));
   out.rounding = ROUNDING * out.size + DIGITS * largest_coordinate(out);
   return out;
 }
@@ -240,7 +267,7 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
     if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return PROJ_NONE;
   bool over;
   const double distance2 = contact_nearest(f, p, over, hit);
-  if (hit.gap > reach || hit.gap < -CONTACT_DEEPEST * f.size) return PROJ_NONE;
+  if (hit.gap > reach || hit.gap < -f.deepest) return PROJ_NONE;
   const double gap2 = hit.gap * hit.gap, rim2 = RIM2 * f.size * f.size;
   // below a concave edge a point may lie over no face at all: it belongs to the face whose edge is closest
   hit.beside = !over && hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2;

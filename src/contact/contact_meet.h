@@ -8,8 +8,9 @@
 
 #include "model/state.h"
 
-// Fraction of the size of a face: a point deeper below it did not enter through this face.
-// (test: Face.ContactMeetsNearTheRimAndNotTooDeep)
+// Fraction of the size of a face: a point deeper below it did not enter through this face, nor did one deeper
+// than the element is high: the far side of a thin plate on another one is no overlap
+// (test: Face.ContactMeetsNearTheRimAndNotTooDeep, contact/thin_plates.inp)
 const double CONTACT_DEEPEST = 0.5;
 
 struct MasterFace {
@@ -19,6 +20,7 @@ struct MasterFace {
   double x[3 * MAX_FACE_NODES];        // their positions at t(n)
   double lo[3], hi[3];
   double size = 0.0;           // longest edge
+  double deepest = 0.0;        // depth up to which a point may have entered through it                length
   double rounding = 0.0;       // round-off error of a gap measured from it             length
   int skin = -1;               // general contact: index into the skin
 };
@@ -45,7 +47,7 @@ struct Hit {                   // a face that a point meets, and its projection 
 enum Projection { PROJ_NONE, PROJ_RIM, PROJ_OVER };
 
 // contact_meet : projection of p [3] on f: p lies over f, or beside its rim by at most a hundredth of its
-// size. None beyond reach, or if p has penetrated by more than half of the size.
+// size. None beyond reach, or if p has penetrated by more than half of the size or the height of the element.
 Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit);
 
 // contact_nearest : the point of f closest to p; over: p lies over f. Returns the squared distance

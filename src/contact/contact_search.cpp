@@ -265,7 +265,7 @@ struct Bounds {
   double tol, flat, highest, lowest, most, factor, tilt;
   Bounds(const FaceNow& a, double reach) : tol(BOUND_TOL * a.f.size), flat(a.warp + tol), tilt(a.tilt)
   {
-    const double deepest = CONTACT_DEEPEST * a.f.size;
+    const double deepest = a.f.deepest;
     highest = flat + reach;
     lowest  = -flat - (1.0 + BESIDE * tilt) * deepest;
     most    = std::max(reach, deepest);
