@@ -228,16 +228,19 @@ bool competes(Scan& s, int o, double limit)
 
 // is the drive small compared with the strongest competitor: FORCE: in its ball, BALL in dynamics: within
 // SPACING? G of the ball, and |J|, are similar for all elements near a tip, also behind it; on an aligned
-// mesh the neighbours of the tip element have a third of its energy, those behind it a tenth
+// mesh the neighbours of the tip element have a third of its energy, those behind it a tenth.
+// FORCE compares the energies as well: a weak element ahead does not place a tip behind it
+// (test: fracture/weak_ahead.inp)
 bool behind_tip(Scan& s, int e)
 {
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
   if (!force && (!s.dynamic() || s.def(e).order == ORDER_ALL)) return false;
   const double reach = force ? radius_of(s, e) : spacing_of(s, e),
-               limit = relative_drive(s, e) / (force ? TIP_STATICS : TIP_MOTION);
+               limit = relative_drive(s, e) / (force ? TIP_STATICS : TIP_MOTION),
+               least = force ? drive_of(s, e) / TIP_STATICS : 0.0;
   bool found = false;
   frac_in_ball(s.fm, &s.fm.centre[3 * e], reach * AT_RADIUS,
-            [&](int o, double) { found = found || competes(s, o, limit); });
+            [&](int o, double) { found = found || (competes(s, o, limit) && drive_of(s, o) > least); });
   return found;
 }
 
@@ -638,6 +641,7 @@ void take_beside(const Scan& s, const double* J, Candidate& c)
   if (ways >= BESIDE_COS || !blocked(s, e, way)) return;
   const double share = kink_share(std::acos(std::max(0.0, ways)));
   scale(share, c);
+  c.x.rank = std::max(c.x.rank, c.x.value);          // share has the angle; J . d would count it twice
 }
 
 // a kink: replaces the element at the tip by the elements of the kink
