@@ -487,8 +487,10 @@ void warn_of_state(Problem& p, const Step& s)
 {
   const State& st = p.st;
   const int every = s.explicit_steps() ? COMPRESSED_EVERY : 10;
-  if (s.proc == PROC_STATIC || st.log.inc_total % every == 0 || clock_over(s, st.clock))
+  if (s.proc == PROC_STATIC || st.log.inc_total % every == 0 || clock_over(s, st.clock)) {
     step_warn_compressed(p.m, p.d.el, p.d.point_law, st, s, p.warned);
+    if (p.d.fm.on) step_warn_bridged(p.m, p.d, st, s, p.warned);
+  }
   if (p.d.fm.on) step_warn_loose(p.m, p.d, p.dofs, st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }

@@ -95,7 +95,33 @@ void gather_pieces(std::map<int, Piece>& piece)
   }
 }
 
+// part of the toughness of all open broken elements that their residual stiffness stores, above which to warn
+// (test: fracture/dcb_rotations)
+const double BRIDGED = 0.05;
+
 }  // namespace
+
+void step_warn_bridged(const Model& m, const Discretisation& d, const State& st, const Step& s,
+                       Warned& warned)
+{
+  double sum[2] = {0.0, 0.0};                        // energy stored by c psi+, energy of the crack
+  for (const ElemBlock& b : d.el.block)
+    for (int slot : b.live) {
+      const int e = b.elem[slot];
+      if (st.frac.broken[e] < 0 || !m.part.works(e)) continue;
+      const FractureDef& f = m.fracture[st.frac.broken[e]];
+      if (f.criterion == CRITERION_COHESIVE || st.n.degr[e] > f.stiffness) continue;
+      sum[0] += elem_energy_one(m, d.el, e, st.n, f.stiffness, s.nlgeom) -
+                elem_energy_one(m, d.el, e, st.n, 0.0, s.nlgeom);
+      sum[1] += d.fm.gc[e] * (m.dim == 2 ? d.fm.size[e] * d.fm.thickness[e] : d.fm.size[e] * d.fm.size[e]);
+    }
+  comm_sum(sum, 2);
+  if (sum[0] <= BRIDGED * sum[1] || !warned.insert("bridged " + std::to_string(st.log.step)).second) return;
+  log_warn("step %d, time %.8g: the residual stiffness of open cracks (STIFFNESS of *EIGENFRACTURE) stores "
+           "%.0f %% of the energy that broke their elements: it holds the crack together, and loads are too "
+           "large; take a smaller STIFFNESS, for instance 1e-10, or *CONVERSION",
+           st.log.step, st.n.time, 100.0 * sum[0] / sum[1]);
+}
 
 void step_warn_loose(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                      const Step& s, Warned& warned)
