@@ -48,7 +48,8 @@ void add_grid_history(Deck& d, Model& m, HistoryDef h, const Field& target)
   const int n = static_cast<int>(m.grid_bc.size());
   if (!target_label(target.text, number) || number < 1 || number > n)
     return deck_error(d, target,
-                      h.what + text_format(" needs the number of a *GRID BOUNDARY line, 1 to %d", n));
+                      h.what + (n > 0 ? text_format(" needs the number of a *GRID BOUNDARY line, 1 to %d", n)
+                                      : std::string(" needs a *GRID BOUNDARY; none is defined")));
   h.grid_bc = number - 1;
   m.output.history.push_back(h);
 }
