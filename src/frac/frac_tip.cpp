@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "frac/frac_kink.h"
 #include "shape/shape.h"
@@ -135,12 +136,23 @@ bool crack_face(const Scan& s, int e, double* x, double* into)
   return n > 0 && norm > 0.0;
 }
 
+namespace {
+
+// An element on the line ahead of a tip
+struct Ahead {
+  double along, volume, pull, shear, apart;
+};
+
+}  // namespace
+
 // K_II/K_I: shear over tension on the line ahead, independent of stress along the crack; 1e3 with the sign of
-// the shear for a closed crack. T: on this line the singular stresses along and across the crack are equal
+// the shear for a closed crack. T: on this line the singular stresses along and across the crack are equal.
+// Where the tension ahead of an open crack turns to pressure, as in the arms of a DCB, the line ends
+// (test: fracture/dcb_rotations)
 void modes_ahead(const Scan& s, int e, Tip& t)
 {
   const double *c = t.end, *d = t.d;
-  double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
+  std::vector<Ahead> line;
   in_kink_ball(s, e, [&](int o, double) {
     if (!s.intact(o)) return;
     const double *x = &s.fm.centre[3 * o], h = s.fm.local[e];
@@ -152,12 +164,23 @@ void modes_ahead(const Scan& s, int e, Tip& t)
     ip_law<2>(s.law(o), E, S);
     for (int k = 0; k < 4; k += 3) S[k] += stress_of_33(s, o);
     const double p[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
-    const double pull = p[1] * d[0] - p[0] * d[1], v = s.fm.volume[o];
-    volume += v;
-    normal += v * pull;
-    shear += v * (p[0] * d[0] + p[1] * d[1]);
-    apart += v * (S[0] + S[3] - 2.0 * pull);
+    const double pull = p[1] * d[0] - p[0] * d[1];
+    line.push_back({along, s.fm.volume[o], pull, p[0] * d[0] + p[1] * d[1], S[0] + S[3] - 2.0 * pull});
   });
+  const auto nearest = std::min_element(line.begin(), line.end(), [](const Ahead& a, const Ahead& b) {
+    return a.along < b.along;
+  });
+  double end = 1e300, normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
+  if (nearest != line.end() && nearest->pull > 0.0)
+    for (const Ahead& a : line)
+      if (a.pull <= 0.0) end = std::min(end, a.along);
+  for (const Ahead& a : line) {
+    if (a.along >= end) continue;
+    volume += a.volume;
+    normal += a.volume * a.pull;
+    shear += a.volume * a.shear;
+    apart += a.volume * a.apart;
+  }
   const double least = 1e-3 * std::fabs(shear);
   t.ratio = shear == 0.0 ? 0.0 : shear / std::max(normal, least);
   t.along = volume > 0.0 ? apart / (BEFORE_END * volume) : 0.0;
