@@ -97,7 +97,7 @@ void gather_pieces(std::map<int, Piece>& piece)
 
 // part of the toughness of all open broken elements that their residual stiffness stores, above which to warn
 // (test: fracture/dcb_rotations)
-const double BRIDGED = 0.05;
+const double BRIDGED = 0.01;
 
 }  // namespace
 
@@ -118,7 +118,7 @@ void step_warn_bridged(const Model& m, const Discretisation& d, const State& st,
   comm_sum(sum, 2);
   if (sum[0] <= BRIDGED * sum[1] || !warned.insert("bridged " + std::to_string(st.log.step)).second) return;
   log_warn("step %d, time %.8g: the residual stiffness of open cracks (STIFFNESS of *EIGENFRACTURE) stores "
-           "%.0f %% of the energy that broke their elements: it holds the crack together, and loads are too "
+           "%.2g %% of the energy that broke their elements: it holds the crack together, and loads are too "
            "large; take a smaller STIFFNESS, for instance 1e-10, or *CONVERSION",
            st.log.step, st.n.time, 100.0 * sum[0] / sum[1]);
 }
