@@ -307,6 +307,21 @@ std::string breaking_part(const Model& m, const Material& a)
   return "elements";
 }
 
+// EXPONENT FORM: the curve that begins without pressure has a strength in uniaxial compression already
+void check_curve(Deck& d, const Material& a)
+{
+  double steep;
+  if (a.law != LAW_DRUCKER_PRAGER || a.yield.empty() || cone_cohesion(a, a.yield.front(), &steep) > 0.0)
+    return;
+  const double least      = std::pow(a.friction / 3.0, 1.0 / (a.exponent - 1.0));
+  const std::string range = a.exponent == 1.0 ? "" : ", which must exceed " + text_number(least);
+  fault(d, "DRUCKER PRAGER", a.deck_line, a.name,
+        "material " + a.name + " has no cohesion: pt of SHEAR CRITERION=EXPONENT FORM with a = " +
+            text_number(1.0 / a.friction) + ", b = " + text_number(a.exponent) +
+            " is not above 0 at a strength in uniaxial compression of " + text_number(a.yield.front()) + range +
+            "; raise a or *DRUCKER PRAGER HARDENING");
+}
+
 void check_materials(Deck& d, const Model& m)
 {
   bool dynamic = false;
@@ -328,6 +343,7 @@ void check_materials(Deck& d, const Model& m)
       fault(d, "DRUCKER PRAGER", a.deck_line, a.name,
             "material " + a.name +
                 " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
+    check_curve(d, a);
     if (law_flows(a.law) && a.hyper)
       fault(d, plastic_word(a), a.deck_line, a.name,
             "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) +

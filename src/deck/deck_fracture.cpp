@@ -104,8 +104,7 @@ double max_elem_size(const FractureDef& f, double young)
 // uniaxial tensile strength of a Drucker-Prager material                                         (2.37)
 double tensile_strength(const Material& a)
 {
-  const double largest = *std::max_element(a.yield.begin(), a.yield.end());
-  return cone_part(a) * largest / (1.0 + a.friction / 3.0);
+  return cone_tension(a, *std::max_element(a.yield.begin(), a.yield.end()));
 }
 
 // COHESIVE: what a material that cracks must not have; empty: nothing

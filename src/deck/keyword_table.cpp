@@ -120,7 +120,7 @@ const Keyword keyword_table[] = {
      "pressure, traction, gravity and volume force on elements and bodies"},
     {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "pressure and traction on surfaces"},
     {"DRUCKER PRAGER", kw_drucker_prager, IN_MATERIAL, "SHEAR CRITERION|APEX",
-     "plasticity of soil, rock and concrete: strength that grows with pressure"},
+     "plasticity of soil, rock and concrete: strength that grows with pressure, straight or curved"},
     {"DRUCKER PRAGER HARDENING", kw_drucker_prager_hardening, IN_MATERIAL, "TYPE",
      "yield stress over plastic strain of *DRUCKER PRAGER"},
     {"DYNAMIC", kw_dynamic, IN_STEP,

@@ -33,22 +33,4 @@ Cohesion cohesion(const CrackLaw& c, double k);
 // dissipated_to : energy dissipated by opening up to k, per area of the crack                force/length
 double dissipated_to(const CrackLaw& c, double k);
 
-// opening_root : zero of the decreasing function excess(x, slope) between lo and hi: Newton's method, 1 to 6
-// iterations, safeguarded by bisection
-template <class Excess>
-double opening_root(double x, double lo, double hi, Excess excess)
-{
-  const int MAX_TRIALS = 200;
-  const double ROUND   = 1e-14;        // of an opening
-  for (int i = 0; i < MAX_TRIALS && hi - lo > ROUND * hi; ++i) {
-    double slope;
-    const double more = excess(x, &slope);
-    (more > 0.0 ? lo : hi) = x;
-    const double next = slope < 0.0 ? x - more / slope : lo - 1.0;
-    if (std::fabs(next - x) <= ROUND * hi) return next;
-    x = next > lo && next < hi ? next : 0.5 * (lo + hi);
-  }
-  return x;
-}
-
 #endif

@@ -18,6 +18,7 @@
 #include <Eigen/Dense>
 
 #include "mat/crack.h"
+#include "mat/root.h"
 #include "mat/voigt.h"
 
 namespace {
@@ -123,7 +124,7 @@ Vec3 other_axis(const CrackLaw& c, const Mat3& S, const Vec3& N)
 // the opening in loading, larger than k: beside w + f(w) = t
 double grown(const CrackLaw& c, const Opening& o, double k)
 {
-  return opening_root(k, k, o.t / o.beside, [&](double x, double* slope) {
+  return decreasing_root(k, k, o.t / o.beside, [&](double x, double* slope) {
     const Cohesion h = cohesion(c, x);
     *slope = -(o.beside + h.slope);
     return o.t - o.beside * x - h.f;

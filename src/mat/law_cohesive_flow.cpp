@@ -15,6 +15,7 @@
 
 #include "mat/crack.h"
 #include "mat/hencky.h"
+#include "mat/root.h"
 
 namespace {
 
@@ -106,7 +107,7 @@ double opening(Closed& c, double k, bool grows)
   double lo = grows ? k : 0.0, hi = k, slope;
   if (grows)
     for (hi = std::max(2.0 * k, c.at(0.0).tau(c.axis) / c.elastic()); excess(hi, &slope) > 0.0;) hi *= 2.0;
-  return opening_root(lo, lo, hi, excess);
+  return decreasing_root(lo, lo, hi, excess);
 }
 
 // (2.41) of a crack with the largest opening k so far

@@ -1,20 +1,23 @@
 // ---------------------------------------------------------------------------
 // law_drucker_prager.cpp : pressure-dependent plasticity (doc/theory.md 2.6)
 //
-//   q - tan(friction) p - d(a) <= 0,  p = -tr(tau)/3                                               (2.37)
-//   flow: deviator as von Mises, volume increase tan(dilation) per unit of it                       (2.38)
+//   q^b - friction p - d(a) <= 0,  p = -tr(tau)/3                                                  (2.37)
+//   flow: deviator as von Mises, volume increase t = tan(dilation) per unit of it, at most dq/dp     (2.38)
+//
+// Straight: b = 1, friction is the tangent of its angle. EXPONENT FORM: b > 1, friction is 1/a.
 //
 // APEX=GAP: the volume that the apex gives is a gap, which closes before the material carries pressure again:
 //
 //   e = e_trial + gap/3 1, and at the apex the new gap is the volume by which the return enlarges it (2.45)
 //
 // In logarithmic elastic strains as law_j2.cpp, with a cone as yield surface: a return beyond the apex ends
-// at the apex. If friction and dilation differ, the tangent is not symmetric; its symmetric part is used.
+// at the apex. If dq/dp and dilation differ, the tangent is not symmetric; its symmetric part is used.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
 
 #include "mat/hencky.h"
+#include "mat/root.h"
 
 namespace {
 
@@ -28,47 +31,84 @@ const double APEX = 1e-3;
 // history of APEX=GAP: volume strain of the gap
 enum { FLOW_GAP = FLOW_EQUIVALENT + 1 };
 
+// A state between the trial stress and the cone, after an amount gamma of flow
+struct ConeFlow {
+  double gamma = 0.0;
+  double q, power, steep;      // equivalent stress, q^b, its derivative b q^(b-1)
+  double rate, turn = 0.0;     // dilation; minus its derivative by q
+  double a, d, hardens;        // equivalent plastic strain, cohesion, its derivative by a
+};
+
 // Return to the cone of a trial stress
 struct ConeReturn {
   double p, q;                 // pressure and equivalent stress of the trial
-  double gamma  = 0.0;         // amount of flow
+  ConeFlow flow;
   double volume = 0.0;         // plastic volume strain
   double beta   = 1.0;         // factor of the trial deviator
   double end = 0.0;            // pressure after the return
-  double stiff = 0.0;          // d f/d gamma
   double gap   = 0.0;          // volume strain of the gap before
   bool flows = false, apex = false;
 };
 
-// plastic strain of the test of the hardening table, per amount of flow                          (2.39)
-double strain_rate(const Material& m)
+// volume strain of the test of the hardening table that is part of its plastic strain                (2.39)
+double test_share(const Material& m)
 {
-  const double third = m.dilation / 3.0;
-  return m.hardening == HARDENING_SHEAR ? 1.0 : m.hardening == HARDENING_TENSION ? 1.0 + third : 1.0 - third;
+  return m.hardening == HARDENING_SHEAR ? 0.0 : m.hardening == HARDENING_TENSION ? 1.0 / 3.0 : -1.0 / 3.0;
 }
 
-// q at p = 0 after the equivalent plastic strain a
+// plastic strain of this test, per amount of flow with the given dilation
+double strain_rate(const Material& m, double dilation) { return 1.0 + test_share(m) * dilation; }
+
+// d of (2.37) after the equivalent plastic strain a; slope: its derivative
 double cohesion(const Material& m, double a, double* slope)
 {
-  const double y = yield_stress(m, a, slope), part = cone_part(m);
-  *slope *= part;
-  return part * y;
+  double steep;
+  const double d = cone_cohesion(m, yield_stress(m, a, slope), &steep);
+  *slope *= steep;
+  return d;
 }
 
-// return to the apex: no deviator
-void to_apex(const MatLaw& law, double K, double a, ConeReturn& r)
+// the state after gamma of flow; the dilation is at most that of associated flow
+ConeFlow cone_flow(const MatLaw& law, double q, double a, double gamma)
 {
   const Material& m = *law.material;
-  double slope;
-  r.apex   = true;
-  r.gamma  = r.q / (3.0 * law.mu);
-  r.beta   = 0.0;
-  r.end    = -cohesion(m, a + strain_rate(m) * r.gamma, &slope) / m.friction;
-  r.volume = (r.end - r.p) / K;
+  ConeFlow f;
+  f.gamma = gamma;
+  f.q     = std::max(0.0, q - 3.0 * law.mu * gamma);
+  f.power = cone_power(m, f.q);
+  f.steep = m.exponent == 1.0 ? 1.0 : f.q > 0.0 ? m.exponent * f.power / f.q : 0.0;
+  f.rate  = m.dilation;
+  if (m.dilation * f.steep > m.friction) {
+    f.rate = m.friction / f.steep;
+    f.turn = f.rate * (m.exponent - 1.0) / f.q;
+  }
+  f.a = a + strain_rate(m, f.rate) * gamma;
+  f.d = cohesion(m, f.a, &f.hardens);
+  return f;
 }
 
-// q - 3 mu gamma - tan(friction) (p + K tan(dilation) gamma) = d(a + rate gamma); the table is piecewise
-// linear
+// derivative of friction (p + K volume) + d by the plastic volume strain
+double by_volume(const Material& m, double K, const ConeFlow& f)
+{
+  return m.friction * K + test_share(m) * f.hardens;
+}
+
+// return to the apex, if it has no deviator
+bool to_apex(const MatLaw& law, double K, double a, ConeReturn& r)
+{
+  const Material& m = *law.material;
+  const double gamma = r.q / (3.0 * law.mu);
+  const ConeFlow f   = cone_flow(law, r.q, a, gamma);
+  if (-m.friction * (r.p + K * f.rate * gamma) - f.d <= 0.0) return false;
+  r.apex   = true;
+  r.flow   = f;
+  r.beta   = 0.0;
+  r.end    = -f.d / m.friction;
+  r.volume = (r.end - r.p) / K;
+  return true;
+}
+
+// (q - 3 mu gamma)^b - friction (p + K t gamma) = d(a_n + gamma + share t gamma), by Newton's method
 ConeReturn cone_return(const MatLaw& law, double K, double p, double q, double a, double gap = 0.0)
 {
   const Material& m = *law.material;
@@ -77,24 +117,20 @@ ConeReturn cone_return(const MatLaw& law, double K, double p, double q, double a
   r.p = r.end = p;
   r.q   = q;
   r.gap = gap;
-  double slope, d = cohesion(m, a, &slope);
-  if (q - m.friction * p - d <= ON_CONE * d) return r;
+  double slope;
+  const double d = cohesion(m, a, &slope);
+  if (cone_power(m, q) - m.friction * p - d <= ON_CONE * d) return r;
   r.flows = true;
-  const double rate = strain_rate(m), elastic = 3.0 * law.mu + m.friction * K * m.dilation;
-  for (int it = 0; it < 100; ++it) {
-    const double f    = q - m.friction * p - elastic * r.gamma - d;
-    const double step = f / (elastic + rate * slope);
-    r.gamma += step;
-    d = cohesion(m, a + rate * r.gamma, &slope);
-    if (std::fabs(step) <= 1e-15 * r.gamma) break;
-  }
-  r.stiff = elastic + rate * slope;
-  if (3.0 * law.mu * r.gamma > q) {
-    to_apex(law, K, a, r);
-    return r;
-  }
-  r.beta   = q > 0.0 ? 1.0 - 3.0 * law.mu * r.gamma / q : 1.0;
-  r.volume = m.dilation * r.gamma;
+  if (to_apex(law, K, a, r)) return r;
+  const auto excess = [&](double gamma, double* by_gamma) {
+    const ConeFlow f = cone_flow(law, q, a, gamma);
+    *by_gamma = -3.0 * law.mu * f.steep - f.hardens -
+                by_volume(m, K, f) * (f.rate + 3.0 * law.mu * f.turn * gamma);
+    return f.power - m.friction * (p + K * f.rate * gamma) - f.d;
+  };
+  r.flow   = cone_flow(law, q, a, decreasing_root(0.0, 0.0, q / (3.0 * law.mu), excess));
+  r.beta   = q > 0.0 ? r.flow.q / q : 1.0;
+  r.volume = r.flow.rate * r.flow.gamma;
   r.end    = p + K * r.volume;
   return r;
 }
@@ -104,28 +140,43 @@ Moduli moduli(const MatLaw& law, double K, const ConeReturn& r)
 {
   if (!r.flows) return {K, 2.0 * law.mu, 0.0};
   if (r.apex) return {APEX * K, APEX * 2.0 * law.mu, 0.0};
-  const Material& m = *law.material;
-  const double part = 3.0 * law.mu / r.stiff, bulk = K / r.stiff;
-  Moduli c{K - K * bulk * m.friction * m.dilation, 2.0 * law.mu * r.beta, 0.0};
+  const Material& m  = *law.material;
+  const ConeFlow& f  = r.flow;
+  // volume that the fall of the dilation takes, per pressure
+  const double falls = f.turn > 0.0 ? f.rate * f.turn * f.gamma : 0.0, volume = by_volume(m, K, f);
+  const double g     = f.turn > 0.0 ? 1.0 + volume / m.friction * falls : 1.0;
+  const double rate  = f.turn > 0.0 ? (f.rate - falls * f.hardens / m.friction) / g : f.rate;
+  const double stiff = 3.0 * law.mu * f.steep * g + volume * f.rate + f.hardens;
+  const double part = 3.0 * law.mu / stiff, bulk = K / stiff;
+  Moduli c{K * (1.0 - K * falls / g) - K * bulk * m.friction * rate, 2.0 * law.mu * r.beta, 0.0};
   if (r.q == 0.0) return c;
-  c.flow  = (1.0 - r.beta - part) * 3.0 * law.mu / (r.q * r.q);
-  c.mixed = -0.5 * part * K * (m.friction + m.dilation) / r.q;
+  c.flow  = (1.0 - r.beta - part * f.steep * g) * 3.0 * law.mu / (r.q * r.q);
+  c.mixed = -0.5 * part * K * (m.friction + rate * f.steep * g) / r.q;
   return c;
 }
 
-// dissipation: by the cohesion with its hardening, and by friction minus dilation; at the apex the work of
+// q on the cone of the end pressure, with the cohesion averaged over the flow
+double mean_strength(const Material& m, double a, const ConeReturn& r)
+{
+  double slope, steep;
+  const double from = yield_stress(m, a, &slope), to = yield_stress(m, r.flow.a, &slope);
+  if (from == to) return r.flow.q;
+  const double mean = (yield_work(m, r.flow.a) - yield_work(m, a)) / (r.flow.a - a);
+  const double x    = m.friction * r.end + cone_cohesion(m, std::min(std::max(mean, from), to), &steep);
+  return m.exponent == 1.0 ? x : std::pow(std::max(0.0, x), 1.0 / m.exponent);
+}
+
+// dissipation: work of the mean strength, less that of the pressure on the volume; at the apex the work of
 // the tension, less that on a gap before
 void note_flow(const MatLaw& law, const ConeReturn& r, const double* h_n, double* h_np1, LawOutput& out)
 {
   const Material& m = *law.material;
-  const double a = h_n[FLOW_EQUIVALENT], rate = strain_rate(m);
+  const double a = h_n[FLOW_EQUIVALENT];
   double slope;
-  h_np1[FLOW_EQUIVALENT] = a + rate * r.gamma;
+  h_np1[FLOW_EQUIVALENT] = r.flows ? r.flow.a : a;
   h_np1[FLOW_GAP]        = m.gap && r.apex ? r.volume : 0.0;
   if (r.flows)
-    out.dissipated = r.apex ? -r.end * r.volume
-                            : (yield_work(m, a + rate * r.gamma) - yield_work(m, a)) * cone_part(m) / rate +
-                                  (m.friction - m.dilation) * r.end * r.gamma;
+    out.dissipated = r.apex ? -r.end * r.volume : mean_strength(m, a, r) * r.flow.gamma - r.end * r.volume;
   if (r.gap > 0.0) out.dissipated -= cohesion(m, a, &slope) / m.friction * r.gap;
 }
 
@@ -133,7 +184,7 @@ void note_flow(const MatLaw& law, const ConeReturn& r, const double* h_n, double
 double gap_of(const MatLaw& law, const double* h_n) { return law.material->gap ? h_n[FLOW_GAP] : 0.0; }
 
 // increment of the plastic strain over the trial deviator
-double flow_rate(const ConeReturn& r) { return r.flows && r.q > 0.0 ? 1.5 * r.gamma / r.q : 0.0; }
+double flow_rate(const ConeReturn& r) { return r.flows && r.q > 0.0 ? 1.5 * r.flow.gamma / r.q : 0.0; }
 
 // the deviator of principal strains, as a stress
 Vec3 deviator(const MatLaw& law, const Vec3& e) { return 2.0 * law.mu * (e.array() - e.sum() / 3.0); }

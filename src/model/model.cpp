@@ -190,10 +190,28 @@ bool model_viscous(const Model& m)
                      [](const Material& a) { return a.used && a.beta > 0.0; });
 }
 
-double cone_part(const Material& m)
+double cone_cohesion(const Material& m, double y, double* steep)
 {
-  const double third = m.friction / 3.0;
-  return m.hardening == HARDENING_SHEAR     ? std::sqrt(3.0)
-         : m.hardening == HARDENING_TENSION ? 1.0 + third
-                                            : 1.0 - third;
+  const double q = m.hardening == HARDENING_SHEAR ? std::sqrt(3.0) : 1.0;      // over the stress of the test
+  const double p = m.hardening == HARDENING_SHEAR     ? 0.0
+                   : m.hardening == HARDENING_TENSION ? -1.0 / 3.0
+                                                      : 1.0 / 3.0;
+  const double power = cone_power(m, q * y);
+  *steep = m.exponent * power / y - p * m.friction;
+  return power - p * m.friction * y;
+}
+
+// q^b + friction q/3 = d: convex, from above
+double cone_tension(const Material& m, double y)
+{
+  double steep;
+  const double d = cone_cohesion(m, y, &steep);
+  double q = std::pow(d, 1.0 / m.exponent);
+  for (int it = 0; it < 100; ++it) {
+    const double power = cone_power(m, q), more = power + m.friction * q / 3.0 - d;
+    const double next = q - more / (m.exponent * power / q + m.friction / 3.0);
+    if (!(next < q)) break;
+    q = next;
+  }
+  return q;
 }

@@ -8,6 +8,7 @@
 #define MPFE_MODEL_MODEL_H
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -142,8 +143,9 @@ struct Material {
   RealVec elastic;
   // *PLASTIC: yield stress over equivalent plastic strain, piecewise linear, constant beyond the last
   RealVec yield, plastic_strain;
-  // *DRUCKER PRAGER: tangents of the angles; test that yield and plastic_strain belong to
-  double friction = 0.0, dilation = 0.0;
+  // *DRUCKER PRAGER: friction and exponent of (2.37): tan(angle) and 1, or 1/a and b of EXPONENT FORM; tangent
+  // of the dilation angle; test that yield and plastic_strain belong to
+  double friction = 0.0, exponent = 1.0, dilation = 0.0;
   bool gap = false;            // APEX=GAP: parted material closes before it carries pressure          (2.45)
   Hardening hardening = HARDENING_COMPRESSION;
   bool has_elastic = false;    // *ELASTIC, or *HYPERELASTIC: young and poisson are those of small strains
@@ -157,8 +159,17 @@ struct Material {
   DeckLine deck_line;
 };
 
-// cone_part : *DRUCKER PRAGER: cohesion of the cone over the stress of the test of its table     (2.39)
-double cone_part(const Material& m);
+// cone_power : q^b of (2.37)
+inline double cone_power(const Material& m, double q)
+{
+  return m.exponent == 1.0 ? q : std::pow(q, m.exponent);
+}
+
+// cone_cohesion : *DRUCKER PRAGER: d of (2.37) at the stress y of the test of its table; steep: d d/dy  (2.39)
+double cone_cohesion(const Material& m, double y, double* steep);
+
+// cone_tension : uniaxial tension at which the material flows, at the stress y of the test of its table
+double cone_tension(const Material& m, double y);
 
 struct Section {               // *SOLID SECTION
   int elset;

@@ -87,11 +87,12 @@ inline void io(Archive& f, Surface& x)
 
 inline void io(Archive& f, Material& x)
 {
-  auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, dilation,
-         gap, hardening, has_elastic, has_damping, used, hyper, breaks, prestressed, initial, deck_line] = x;
+  auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, exponent,
+         dilation, gap, hardening, has_elastic, has_damping, used, hyper, breaks, prestressed, initial,
+         deck_line] = x;
   io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain,
-                      friction, dilation, gap, hardening, has_elastic, has_damping, used, hyper, breaks,
-                      prestressed, initial, deck_line);
+                      friction, exponent, dilation, gap, hardening, has_elastic, has_damping, used, hyper,
+                      breaks, prestressed, initial, deck_line);
 }
 
 inline void io(Archive& f, Section& x)

@@ -253,7 +253,7 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 bool step_flow_unsymmetric(const Model& m)
 {
   return std::any_of(m.material.begin(), m.material.end(), [](const Material& a) {
-    return a.used && a.law == LAW_DRUCKER_PRAGER && a.friction != a.dilation;
+    return a.used && a.law == LAW_DRUCKER_PRAGER && (a.exponent != 1.0 || a.friction != a.dilation);
   });
 }
 

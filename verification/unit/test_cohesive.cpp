@@ -53,6 +53,15 @@ struct FlowCrack : Crack {
     law.material = &m;
     finite       = large;
   }
+  // EXPONENT FORM, associated, without hardening; dq/dp = 1 at q = y
+  void bend()
+  {
+    m.exponent  = 1.64;
+    m.friction  = m.exponent * std::pow(m.yield[0], m.exponent - 1.0);
+    m.dilation  = 1e3;
+    m.hardening = HARDENING_SHEAR;
+    m.yield     = {m.yield[0], m.yield[0]};
+  }
 };
 
 const Softening softenings[] = {SOFTENING_LINEAR, SOFTENING_BILINEAR, SOFTENING_EXPONENTIAL};
@@ -398,8 +407,9 @@ TEST(CohesiveFlow, WithoutCrackIsTheCone)
   std::mt19937 gen(12);
   for (bool large : {false, true})
     for (Plane plane : planes)
-      for (int trial = 0; trial < 20; ++trial) {
+      for (int trial = 0; trial < 40; ++trial) {
         FlowCrack a(plane, SOFTENING_LINEAR, 3.0, large), b(plane, SOFTENING_LINEAR, 3.0, large);
+        if (trial % 2) a.bend(), b.bend();
         a.law.kind = LAW_DRUCKER_PRAGER;
         b.law.crack.strength = 1e3;
         for (double size : {0.01, 0.03}) {
@@ -409,6 +419,7 @@ TEST(CohesiveFlow, WithoutCrackIsTheCone)
           b.go(E);
           EXPECT_NEAR(a.h[HISTORY_DISSIPATED], b.h[HISTORY_DISSIPATED], 1e-12);
           for (int i = 0; i < 6; ++i) EXPECT_NEAR(a.out.S[i], b.out.S[i], 1e-9) << plane << i;
+          if (a.out.S[0] == a.out.S[1] && a.out.S[3] == 0.0) continue;         // apex: a stand-in for the tangent
           for (int i = 0; i < 36; ++i) EXPECT_NEAR(a.out.D[i], b.out.D[i], 1e-6) << plane << i;
         }
       }
@@ -418,11 +429,12 @@ TEST(CohesiveFlow, WithoutCrackIsTheCone)
 TEST(CohesiveFlow, StressAndTangentAreDerivatives)
 {
   std::mt19937 gen(13);
-  int both = 0;
+  int both = 0, both_curved = 0;
   for (bool large : {false, true})
     for (Plane plane : planes)
-      for (int trial = 0; trial < 240; ++trial) {
+      for (int trial = 0; trial < 480; ++trial) {
         FlowCrack b(plane, SOFTENING_LINEAR, 3.0, large);
+        if (trial >= 240) b.bend();
         double E[6], h1[MAX_HISTORY] = {0};
         random_strain(gen, 0.02, plane, E);
         E[0] -= 0.03;
@@ -435,10 +447,11 @@ TEST(CohesiveFlow, StressAndTangentAreDerivatives)
         ASSERT_TRUE(b.at(E, b.out, h1));
         const int flow = law_field(law_of(b.law), HISTORY_EQUIVALENT);
         if (h1[flow] == b.h[flow]) continue;
-        ++both;
+        ++(trial < 240 ? both : both_curved);
         compare(b, plane, E, 5e-5, 1e-2);
       }
   EXPECT_GT(both, 30);
+  EXPECT_GT(both_curved, 30);
 }
 
 // plane stress of what flows and cracks in any order, in steps from strain to strain, with and without
@@ -451,9 +464,10 @@ TEST(CohesiveFlow, PlaneStressIsFound)
   for (bool large : {false, true})
     for (Softening s : softenings)
       for (double y : {3.0, 5.0, 30.0})
-        for (int trial = 0; trial < 200; ++trial) {
+        for (int trial = 0; trial < 300; ++trial) {
           FlowCrack b(PLANE_STRESS, s, y, large);
-          b.m.dilation = trial % 2;
+          if (trial >= 200) b.bend();
+          b.m.dilation = trial % 2 ? b.m.dilation : 0.0;
           double from[6] = {0}, to[6] = {0}, E[6], h1[MAX_HISTORY];
           bool found = true;
           for (int n = 0; n < 8 * STEPS && found; ++n) {
@@ -468,13 +482,13 @@ TEST(CohesiveFlow, PlaneStressIsFound)
           }
           missed += !found;
           cracked += crack_opening(b.law, b.h) > 0.0;
-          if (trial >= 10 || trial % 2 == 0 || !found) continue;
+          if (trial % 200 >= 10 || trial % 2 == 0 || !found) continue;
           random_strain(gen, 0.05, PLANE_STRESS, E);
           compare(b, PLANE_STRESS, E, 1e-6, 1e-4);
         }
   EXPECT_EQ(missed, 0);
   EXPECT_EQ(negative, 0);
-  EXPECT_GT(cracked, 3000);
+  EXPECT_GT(cracked, 4500);
 }
 
 // stored and dissipated energy of long paths in space, stretches of 0.5 to 2, are the work of the stress, of
@@ -486,11 +500,12 @@ TEST(CohesiveFlow, LongPathsConserveEnergy)
   std::mt19937 gen(3);
   std::uniform_real_distribution<double> any(-0.6, 0.6);
   const int STEPS = 200;
-  for (double dilation : {0.0, 1.0}) {
+  for (double dilation : {0.0, 1.0, 1e3}) {            // the last: the curve
     double work = 0.0, kept = 0.0;
     for (int trial = 0; trial < 40; ++trial) {
       FlowCrack b(PLANE_NONE, SOFTENING_LINEAR, 3.0, true);
       b.m.yield            = {3.0, 3.0};
+      if (dilation > 1.0) b.bend();
       b.m.dilation         = dilation;
       b.law.crack.strength = 0.1;
       b.law.crack.gc       = 1e-3;

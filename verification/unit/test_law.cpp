@@ -221,38 +221,222 @@ TEST(Law, DruckerPragerWithoutDilationHasTheSymmetricPartOfItsTangent)
 
 TEST(Law, DruckerPragerTakesItsTableFromEachTest)
 {
-  for (Hardening test : {HARDENING_COMPRESSION, HARDENING_TENSION, HARDENING_SHEAR}) {
-    Material m  = sample(LAW_DRUCKER_PRAGER);
-    m.hardening = test;
-    m.dilation  = 0.2;
-    LawPoint p{mat_law(m, PLANE_NONE), false};
-    const double sign = test == HARDENING_TENSION ? 1.0 : -1.0;
-    double E[6] = {0}, slope;
-    LawOutput out;
-    for (int k = 1; k <= 20; ++k) {
-      // sigma = E (total - plastic): one axial strain, the lateral one so that nothing presses; or shear without
-      // pressure
-      if (test == HARDENING_SHEAR) E[3] = 0.005 * k;
-      else E[0] = sign * 0.01 * k;
-      for (int it = 0; it < 400; ++it) {
-        ASSERT_TRUE(p.at(E, out));
-        if (test == HARDENING_SHEAR)
-          for (int i = 0; i < 3; ++i) E[i] -= out.S[i] / m.young * (1.0 - 2.0 * m.poisson);
-        else
-          for (int i = 1; i < 3; ++i) E[i] -= out.S[i] / m.young;
+  for (Hardening test : {HARDENING_COMPRESSION, HARDENING_TENSION, HARDENING_SHEAR})
+    for (double b : {1.0, 1.64}) {
+      Material m  = sample(LAW_DRUCKER_PRAGER);
+      m.hardening = test;
+      m.exponent  = b;
+      m.dilation  = 0.2;
+      LawPoint p{mat_law(m, PLANE_NONE), false};
+      const double sign = test == HARDENING_TENSION ? 1.0 : -1.0;
+      double E[6] = {0}, slope;
+      LawOutput out;
+      for (int k = 1; k <= 20; ++k) {
+        // sigma = E (total - plastic): one axial strain, the lateral one so that nothing presses; or shear without
+        // pressure
+        if (test == HARDENING_SHEAR) E[3] = 0.005 * k;
+        else E[0] = sign * 0.01 * k;
+        for (int it = 0; it < 400; ++it) {
+          ASSERT_TRUE(p.at(E, out));
+          if (test == HARDENING_SHEAR)
+            for (int i = 0; i < 3; ++i) E[i] -= out.S[i] / m.young * (1.0 - 2.0 * m.poisson);
+          else
+            for (int i = 1; i < 3; ++i) E[i] -= out.S[i] / m.young;
+        }
+        p.go(E);
       }
-      p.go(E);
+      const double a = p.h[HISTORY_OF_LAW + FLOW_EQUIVALENT];
+      ASSERT_TRUE(p.at(E, out));
+      if (test == HARDENING_SHEAR) {
+        EXPECT_NEAR(out.S[3], yield_stress(m, a, &slope), 1e-9);
+        EXPECT_NEAR(a, 2.0 * (E[3] - out.S[3] / (2.0 * p.law.mu)) / std::sqrt(3.0), 1e-9);
+      } else {
+        EXPECT_NEAR(out.S[0], sign * yield_stress(m, a, &slope), 1e-9);
+        EXPECT_NEAR(a, sign * (E[0] - out.S[0] / m.young), 1e-9);
+      }
     }
-    const double a = p.h[HISTORY_OF_LAW + FLOW_EQUIVALENT];
-    ASSERT_TRUE(p.at(E, out));
-    if (test == HARDENING_SHEAR) {
-      EXPECT_NEAR(out.S[3], yield_stress(m, a, &slope), 1e-9);
-      EXPECT_NEAR(a, 2.0 * (E[3] - out.S[3] / (2.0 * p.law.mu)) / std::sqrt(3.0), 1e-9);
-    } else {
-      EXPECT_NEAR(out.S[0], sign * yield_stress(m, a, &slope), 1e-9);
-      EXPECT_NEAR(a, sign * (E[0] - out.S[0] / m.young), 1e-9);
+}
+
+namespace {
+
+// EXPONENT FORM through 1 in pure shear (sqrt(3) in q)
+Material curved(double b, double dilation, const RealVec& yield, const RealVec& plastic_strain)
+{
+  Material m  = material_of(LAW_DRUCKER_PRAGER, 0.3, yield, plastic_strain);
+  m.friction  = 0.8 * b * std::pow(std::sqrt(3.0), b - 1.0);       // dq/dp = 0.8 at p = 0
+  m.exponent  = b;
+  m.dilation  = dilation;
+  m.hardening = HARDENING_SHEAR;
+  return m;
+}
+
+// a strain whose pressure is about 200 c, sheared
+void pressed_strain(std::mt19937& gen, double c, Plane plane, double* E)
+{
+  random_strain(gen, 0.01, plane, E);
+  for (int i = 0; i < (plane == PLANE_NONE ? 3 : 2); ++i) E[i] -= c;
+  E[3] += 0.03;
+}
+
+// derivatives by differences of energy, dissipation and stress at E
+struct Differences {
+  double work[6], N[36];
+  void of(const LawPoint& p, const double* E, double h)
+  {
+    LawOutput up, down;
+    double up_h[MAX_HISTORY] = {0}, down_h[MAX_HISTORY] = {0};
+    for (int j = 0; j < 6; ++j) {
+      double a[6], b[6];
+      two_sides(E, j, h, a, b);
+      ASSERT_TRUE(p.at(a, up, up_h) && p.at(b, down, down_h));
+      work[j] = (up.psi - down.psi + up_h[HISTORY_DISSIPATED] - down_h[HISTORY_DISSIPATED]) / (2.0 * h);
+      for (int i = 0; i < 6; ++i) N[i * 6 + j] = (up.S[i] - down.S[i]) / (2.0 * h);
     }
   }
+};
+
+bool in_plane(Plane plane, int i) { return plane == PLANE_NONE || (i != 2 && i < 4); }
+
+}  // namespace
+
+// EXPONENT FORM with the dilation of associated flow: stored and dissipated energy are a potential, and the
+// tangent is exact
+TEST(Law, DruckerPragerCurveStressAndTangentAreDerivatives)
+{
+  std::mt19937 gen(31);
+  int flowed = 0;
+  for (double b : {1.3, 1.64, 2.0, 4.0})
+    for (Plane plane : planes)
+      for (bool finite : {false, true})
+        for (double press : {0.0, 0.005, 0.02}) {
+          const Material m = curved(b, 1e3, {1.0}, {0.0});         // no limit but that of the curve
+          LawPoint p{mat_law(m, plane), finite};
+          double E[6], h[MAX_HISTORY] = {0};
+          pressed_strain(gen, press, plane, E);
+          p.go(E);                                     // a history
+          for (int k = 0; k < 6; ++k) E[k] *= 1.3;
+          E[3] += 0.01;
+          LawOutput out;
+          ASSERT_TRUE(p.at(E, out, h));
+          ASSERT_GT(h[HISTORY_DISSIPATED], p.h[HISTORY_DISSIPATED]);
+          ++flowed;
+          Differences d;
+          d.of(p, E, 1e-6);
+          for (int j = 0; j < 6; ++j) {
+            if (!in_plane(plane, j)) continue;
+            EXPECT_NEAR(d.work[j], out.S[j], 1e-6) << b << plane << finite << j;
+            for (int i = 0; i < 6; ++i) {
+              if (!in_plane(plane, i)) continue;
+              EXPECT_NEAR(d.N[i * 6 + j], out.D[i * 6 + j], 1e-4) << b << plane << finite << press << i << j;
+            }
+          }
+        }
+  EXPECT_EQ(flowed, 4 * 3 * 2 * 3);
+}
+
+// any dilation, hardening: the symmetric part of the tangent; the end lies on the curve
+TEST(Law, DruckerPragerCurveHasTheSymmetricPartOfItsTangent)
+{
+  std::mt19937 gen(32);
+  for (Hardening test : {HARDENING_COMPRESSION, HARDENING_TENSION, HARDENING_SHEAR})
+    for (double dilation : {0.0, 0.2, 2.5})
+      for (double press : {0.0, 0.02}) {
+        Material m  = curved(1.64, dilation, {3.0, 6.0}, {0.0, 10.0});
+        m.hardening = test;
+        LawPoint p{mat_law(m, PLANE_NONE), false};
+        double E[6], h[MAX_HISTORY] = {0}, slope, steep;
+        pressed_strain(gen, press, PLANE_NONE, E);
+        E[3] += 0.05;
+        LawOutput out;
+        ASSERT_TRUE(p.at(E, out, h));
+        const double a = h[HISTORY_OF_LAW + FLOW_EQUIVALENT];
+        ASSERT_GT(a, 0.0);
+        const double pressure = -(out.S[0] + out.S[1] + out.S[2]) / 3.0;
+        double s[6];
+        for (int i = 0; i < 6; ++i) s[i] = out.S[i] + (i < 3 ? pressure : 0.0);
+        const double q = std::sqrt(1.5 * six_dot(s, s));
+        EXPECT_NEAR(std::pow(q, 1.64), m.friction * pressure + cone_cohesion(m, yield_stress(m, a, &slope), &steep),
+                    1e-11);
+        Differences d;
+        d.of(p, E, 1e-6);
+        for (int i = 0; i < 6; ++i)
+          for (int j = 0; j < 6; ++j)
+            EXPECT_NEAR(0.5 * (d.N[i * 6 + j] + d.N[j * 6 + i]), out.D[i * 6 + j], 1e-4)
+                << test << dilation << press << i << j;
+      }
+}
+
+// b = 1 is the straight line, which b = 1 + 1e-9 approaches in the routines of the curve. The dissipation is
+// compared without hardening: beyond the apex of the start of an increment the strength of the line is below 0
+TEST(Law, DruckerPragerCurveEndsInTheStraightLine)
+{
+  std::mt19937 gen(33);
+  for (double dilation : {0.0, 0.3})
+    for (bool finite : {false, true})
+      for (int trial = 0; trial < 40; ++trial) {
+        const bool hardens = trial % 2;
+        Material m = curved(1.0, dilation, {1.0, 1.5, 1.9}, {0.0, 0.1, 0.3}), near = m;
+        if (!hardens) m.yield = near.yield = {1.0, 1.0, 1.0};
+        near.exponent = 1.0 + 1e-9;
+        LawPoint p{mat_law(m, PLANE_NONE), finite}, c{mat_law(near, PLANE_NONE), finite};
+        for (double size : {0.01, 0.05, 0.1}) {
+          double E[6];
+          random_strain(gen, size, PLANE_NONE, E);
+          p.go(E);
+          c.go(E);
+          EXPECT_NEAR(p.out.psi, c.out.psi, 1e-7);
+          for (int i = 0; i < 6; ++i) EXPECT_NEAR(p.out.S[i], c.out.S[i], 1e-6);
+          for (int i = 0; i < 36; ++i) EXPECT_NEAR(p.out.D[i], c.out.D[i], 1e-3);
+          if (!hardens) {
+            EXPECT_NEAR(p.h[HISTORY_DISSIPATED], c.h[HISTORY_DISSIPATED], 1e-7);
+          }
+        }
+      }
+}
+
+// random paths, tension and the apex among them: flow never gains energy, no step of energy-momentum either,
+// whose work is stored or dissipated
+TEST(Law, DruckerPragerCurveDissipates)
+{
+  std::mt19937 gen(34);
+  int flowed = 0, at_apex = 0;
+  for (double b : {1.1, 1.64, 3.0})
+    for (double dilation : {0.0, 0.3, 2.5})
+      for (bool finite : {false, true})
+        for (bool gap : {false, true})
+          for (Plane plane : planes)
+            for (int trial = 0; trial < 20; ++trial) {
+              Material m  = curved(b, dilation, {1.0, 2.0, 2.5}, {0.0, 0.05, 0.3});
+              m.hardening = static_cast<Hardening>(trial % 3);
+              m.friction  = 1.5;                       // cohesion in compression too
+              m.gap       = gap;
+              LawPoint p{mat_law(m, plane), finite};
+              double E0[6] = {0};
+              LawOutput zero, one;
+              for (int n = 0; n < 6; ++n) {
+                double E[6], S[6], h1[MAX_HISTORY] = {0};
+                random_strain(gen, n % 2 ? 0.1 : 0.02, plane, E);
+                for (int i = 0; i < 3; ++i) E[i] += plane == PLANE_NONE ? (n % 3 - 1) * 0.03 : 0.0;
+                KernelMode mode = energy_momentum(0.0);
+                mode.finite     = finite;
+                ASSERT_TRUE(p.at(E0, zero) && p.at(E, one));
+                ASSERT_TRUE(law_step(p.law, mode, E0, E, p.h, h1, S, nullptr));
+                double dE[6];
+                for (int i = 0; i < 6; ++i) dE[i] = plane == PLANE_STRESS && i == 2 ? 0.0 : E[i] - E0[i];
+                const double gone = h1[HISTORY_DISSIPATED] - p.h[HISTORY_DISSIPATED];
+                EXPECT_NEAR(one.psi - zero.psi + gone, six_dot(S, dE), 1e-12) << b << dilation << plane;
+                EXPECT_GE(h1[HISTORY_DISSIPATED], -1e-12) << b << dilation << plane;
+                if (!gap) {                            // a gap that closes gives back what its opening took
+                  EXPECT_GE(gone, -1e-12) << b << dilation << plane;
+                }
+                flowed += h1[HISTORY_OF_LAW + FLOW_EQUIVALENT] > p.h[HISTORY_OF_LAW + FLOW_EQUIVALENT];
+                at_apex += h1[HISTORY_OF_LAW + FLOW_EQUIVALENT + 1] > 0.0;
+                std::copy(h1, h1 + MAX_HISTORY, p.h);
+                std::copy(E, E + 6, E0);
+              }
+            }
+  EXPECT_GT(flowed, 5000);
+  EXPECT_GT(at_apex, 300);
 }
 
 TEST(Law, TurningTheBodyTurnsNothing)
