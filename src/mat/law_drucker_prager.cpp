@@ -34,9 +34,9 @@ enum { FLOW_GAP = FLOW_EQUIVALENT + 1 };
 // A state between the trial stress and the cone, after an amount gamma of flow
 struct ConeFlow {
   double gamma = 0.0;
-  double q, power, steep;      // equivalent stress, q^b, its derivative b q^(b-1)
-  double rate, turn = 0.0;     // dilation; minus its derivative by q
-  double a, d, hardens;        // equivalent plastic strain, cohesion, its derivative by a
+  double q = 0.0, power = 0.0, steep = 0.0;      // equivalent stress, q^b, its derivative b q^(b-1)
+  double rate = 0.0, turn = 0.0;                 // dilation; minus its derivative by q
+  double a = 0.0, d = 0.0, hardens = 0.0;        // equivalent plastic strain, cohesion, its derivative by a
 };
 
 // Return to the cone of a trial stress
@@ -96,7 +96,8 @@ double by_volume(const Material& m, double K, const ConeFlow& f)
 // return to the apex, if it has no deviator
 bool to_apex(const MatLaw& law, double K, double a, ConeReturn& r)
 {
-  const Material& m = *law.material;
+  if (r.p >= 0.0) return false;
+  const Material& m  = *law.material;
   const double gamma = r.q / (3.0 * law.mu);
   const ConeFlow f   = cone_flow(law, r.q, a, gamma);
   if (-m.friction * (r.p + K * f.rate * gamma) - f.d <= 0.0) return false;
@@ -122,15 +123,16 @@ ConeReturn cone_return(const MatLaw& law, double K, double p, double q, double a
   if (cone_power(m, q) - m.friction * p - d <= ON_CONE * d) return r;
   r.flows = true;
   if (to_apex(law, K, a, r)) return r;
+  ConeFlow& f = r.flow;                                // ends as the last one, at the root to 1e-14 of q/3 mu
   const auto excess = [&](double gamma, double* by_gamma) {
-    const ConeFlow f = cone_flow(law, q, a, gamma);
+    f = cone_flow(law, q, a, gamma);
     *by_gamma = -3.0 * law.mu * f.steep - f.hardens -
                 by_volume(m, K, f) * (f.rate + 3.0 * law.mu * f.turn * gamma);
     return f.power - m.friction * (p + K * f.rate * gamma) - f.d;
   };
-  r.flow   = cone_flow(law, q, a, decreasing_root(0.0, 0.0, q / (3.0 * law.mu), excess));
-  r.beta   = q > 0.0 ? r.flow.q / q : 1.0;
-  r.volume = r.flow.rate * r.flow.gamma;
+  decreasing_root(0.0, 0.0, q / (3.0 * law.mu), excess);
+  r.beta   = q > 0.0 ? f.q / q : 1.0;
+  r.volume = f.rate * f.gamma;
   r.end    = p + K * r.volume;
   return r;
 }

@@ -143,8 +143,8 @@ struct Material {
   RealVec elastic;
   // *PLASTIC: yield stress over equivalent plastic strain, piecewise linear, constant beyond the last
   RealVec yield, plastic_strain;
-  // *DRUCKER PRAGER: friction and exponent of (2.37): tan(angle) and 1, or 1/a and b of EXPONENT FORM; tangent
-  // of the dilation angle; test that yield and plastic_strain belong to
+  // *DRUCKER PRAGER: friction and exponent of (2.37): tan(angle) and 1, or 1/a and b of EXPONENT FORM;
+  // tangent of the dilation angle; test that yield and plastic_strain belong to
   double friction = 0.0, exponent = 1.0, dilation = 0.0;
   bool gap = false;            // APEX=GAP: parted material closes before it carries pressure          (2.45)
   Hardening hardening = HARDENING_COMPRESSION;
@@ -165,7 +165,7 @@ inline double cone_power(const Material& m, double q)
   return m.exponent == 1.0 ? q : std::pow(q, m.exponent);
 }
 
-// cone_cohesion : *DRUCKER PRAGER: d of (2.37) at the stress y of the test of its table; steep: d d/dy  (2.39)
+// cone_cohesion : *DRUCKER PRAGER: d of (2.37) at the stress y of the test of its table; steep: dd/dy (2.39)
 double cone_cohesion(const Material& m, double y, double* steep);
 
 // cone_tension : uniaxial tension at which the material flows, at the stress y of the test of its table
