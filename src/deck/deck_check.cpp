@@ -318,8 +318,8 @@ void check_curve(Deck& d, const Material& a)
   fault(d, "DRUCKER PRAGER", a.deck_line, a.name,
         "material " + a.name + " has no cohesion: pt of SHEAR CRITERION=EXPONENT FORM with a = " +
             text_number(1.0 / a.friction) + ", b = " + text_number(a.exponent) +
-            " is not above 0 at a strength in uniaxial compression of " + text_number(a.yield.front()) + range +
-            "; raise a or *DRUCKER PRAGER HARDENING");
+            " is not above 0 at a strength in uniaxial compression of " + text_number(a.yield.front()) +
+            range + "; raise a or *DRUCKER PRAGER HARDENING");
 }
 
 void check_materials(Deck& d, const Model& m)
