@@ -30,13 +30,19 @@ Status form(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode
   return STATUS_OK;
 }
 
-// mean normal of the cohesive cracks at the n points of an element, weighted by their openings; 0: none  [3]
+// mean normal of the cohesive cracks at the n points of an element, weighted by their openings; 0: none  [3].
+// Of several at a point that which is nearest to the widest of the element
 void mean_normal(const MatLaw& law, const HistoryStep* h, int n, double* mean)
 {
   std::fill_n(mean, 3, 0.0);
+  int widest = 0;
+  for (int g = 1; g < n; ++g)
+    if (crack_opening(law, h[g].n) > crack_opening(law, h[widest].n)) widest = g;
+  const double* main = crack_normal(law, h[widest].n);
+  if (crack_opening(law, h[widest].n) == 0.0) return;
   for (int g = 0; g < n; ++g) {
-    const double* N = crack_normal(law, h[g].n);
-    const double opening = crack_opening(law, h[g].n);
+    double opening;
+    const double* N = crack_normal_like(law, h[g].n, main, &opening);
     if (opening == 0.0) continue;
     const double k = N[0] * mean[0] + N[1] * mean[1] + N[2] * mean[2] < 0.0 ? -opening : opening;
     for (int i = 0; i < 3; ++i) mean[i] += k * N[i];

@@ -20,7 +20,7 @@
 // History of an integration point: energy dissipated so far / volume at t = 0 (force/length^2), which
 // law_update integrates, then the variables of the law. Zero at t = 0
 enum { HISTORY_DISSIPATED = 0, HISTORY_OF_LAW = 1 };
-const int MAX_HISTORY = 22;    // maximum number of history variables of an integration point
+const int MAX_HISTORY = 24;    // maximum number of history variables of an integration point
 
 // Use of history variables outside their law
 enum HistoryUse {
@@ -183,16 +183,20 @@ double crack_max_width(const MatLaw& law);
 double crack_open(const CrackLaw& c);
 
 // crack_share : normal stress on the crack over the cohesive traction at its largest opening so far; 0: no
-// traction left
-//   in   S   stress [6];  h  history;   out  N  normal of the crack [3]
-double crack_share(const MatLaw& law, const double* S, const double* h, double* N);
+// traction left. Of several cracks, and of an axis that has not opened, the largest
+//   in   S   stress [6];  h  history;   out  N  normal of the crack [3];  k  its largest opening so far
+double crack_share(const MatLaw& law, const double* S, const double* h, double* N, double* k);
 
 // crack_opening, crack_band, crack_normal [3] : largest opening, width of the band and normal, of the
-// history h of a cohesive law; opening 0: not cracked. Where the crack may begin on a line alone the normal
-// has the length p of (2.36c), and the width of a shut point has no meaning
+// history h of a cohesive law; opening 0: not cracked. Of several cracks: that which has opened widest. Where
+// the crack may begin on a line alone the normal has the length p of (2.36c), and the width of a shut point
+// has no meaning
 double crack_opening(const MatLaw& law, const double* h);
 double crack_band(const MatLaw& law, const double* h);
 const double* crack_normal(const MatLaw& law, const double* h);
+
+// crack_normal_like : normal of the crack in h that is nearest to the axis N [3], and its largest opening k
+const double* crack_normal_like(const MatLaw& law, const double* h, const double* N, double* k);
 
 // Marks of an integration point that has not begun to crack, in its history h                  (2.36c)
 // crack_line : cracks along a line only; G [3]: sum of the gradients of the shape functions of the nodes on

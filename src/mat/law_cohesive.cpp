@@ -8,16 +8,15 @@
 //   t = f(k)/k w,  k = the largest opening so far,  f(0) = strength,  integral of f = toughness   (2.33)
 //
 // Compression closes it. N is an axis of strain and stress, so that w minimises the energy
-// psi(Ee) + [t w/2 + dissipated]/b, whose derivative is the stress.
+// psi(Ee) + [t w/2 + dissipated]/b, whose derivative is the stress. Where the stress beside the crack reaches
+// the strength too, law_cohesive_axes.cpp continues with an opening for each axis.
 //
 // A crack along a line has a fixed normal, and opens and slides against one traction             (2.36c)
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Dense>
-
-#include "mat/crack.h"
+#include "mat/crack_axes.h"
 #include "mat/root.h"
 #include "mat/voigt.h"
 
@@ -32,17 +31,6 @@ Cohesion straight(double k, double k0, double f0, double k1, double f1, double w
   const double slope = (f1 - f0) / (k1 - k0), f = f0 + slope * (k - k0);
   return {f, slope, work + 0.5 * (f0 + f) * (k - k0)};
 }
-
-// The crack at one strain
-struct Opening {
-  Vec3 N;                      // normal
-  double width;
-  double t;                    // stress along N without the crack
-  double beside;               // stiffness of the adjacent material                force/length^3
-  double w = 0.0, k = 0.0;     // opening, the largest so far
-  double s = 0.0;              // t/w
-  double flexible = 0.0;       // dw/dt
-};
 
 Mat3 full_of(const double* S)
 {
@@ -131,8 +119,12 @@ double grown(const CrackLaw& c, const Opening& o, double k)
   });
 }
 
-// w of (2.33); k: the largest so far
-void open(const CrackLaw& c, double k, Opening& o)
+// energy / volume of the strain without a crack, minus the stored energy
+double released_energy(const Opening& o) { return (o.t - 0.5 * (o.beside + o.s) * o.w) * o.w / o.width; }
+
+}  // namespace
+
+void crack_open_along(const CrackLaw& c, double k, Opening& o)
 {
   o.k = k;
   if (k > 0.0) o.s = cohesion(c, k).f / k;
@@ -148,11 +140,7 @@ void open(const CrackLaw& c, double k, Opening& o)
   o.flexible = 1.0 / (o.beside + cohesion(c, o.k).slope);
 }
 
-// energy / volume of the strain without a crack, minus the stored energy
-double released_energy(const Opening& o) { return (o.t - 0.5 * (o.beside + o.s) * o.w) * o.w / o.width; }
-
-// stress of a unit strain sym(N a): C : sym(N a)                                        [6]
-void stress_of(const MatLaw& law, const Vec3& N, const Vec3& a, double* S)
+void crack_stress(const MatLaw& law, const Vec3& N, const Vec3& a, double* S)
 {
   using V = VoigtIndex<3>;
   const double trace = N.dot(a);
@@ -161,20 +149,21 @@ void stress_of(const MatLaw& law, const Vec3& N, const Vec3& a, double* S)
            law.mu * (N[V::row[i]] * a[V::col[i]] + N[V::col[i]] * a[V::row[i]]);
 }
 
-// D -= share S S^T, S of the strain sym(N a)
-void subtract_dyad(const MatLaw& law, const Vec3& N, const Vec3& a, double share, double* D)
+void crack_subtract(const MatLaw& law, const Vec3& N, const Vec3& a, double share, double* D)
 {
   double S[6];
-  stress_of(law, N, a, S);
+  crack_stress(law, N, a, S);
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 6; ++j) D[6 * i + j] -= share * S[i] * S[j];
 }
+
+namespace {
 
 // Secant stiffness, an upper bound of that of the energy, which therefore decreases in every iteration: fixed
 // normal, t/w along it, and the shear of the intact law                                  (2.36)
 void soften_secant(const MatLaw& law, const Opening& o, double* D)
 {
-  if (o.w > 0.0) subtract_dyad(law, o.N, o.N, 1.0 / ((o.beside + o.s) * o.width), D);
+  if (o.w > 0.0) crack_subtract(law, o.N, o.N, 1.0 / ((o.beside + o.s) * o.width), D);
 }
 
 // D of the crack from the intact D: softening along N; in the shear of N and another axis the stress rotates
@@ -182,10 +171,10 @@ void soften_secant(const MatLaw& law, const Opening& o, double* D)
 void soften(const MatLaw& law, const Opening& o, const Mat3& E, const Mat3& S, double* D)
 {
   const Vec3 B = other_axis(law.crack, S, o.N);
-  subtract_dyad(law, o.N, o.N, o.flexible / o.width, D);
+  crack_subtract(law, o.N, o.N, o.flexible / o.width, D);
   for (const Vec3& a : {B, Vec3(o.N.cross(B))}) {
     const double dE = o.N.dot(E * o.N) - a.dot(E * a), dS = o.N.dot(S * o.N) - a.dot(S * a);
-    if (dE > 0.0) subtract_dyad(law, o.N, a, (law.mu - 0.5 * dS / dE) / (law.mu * law.mu), D);
+    if (dE > 0.0) crack_subtract(law, o.N, a, (law.mu - 0.5 * dS / dE) / (law.mu * law.mu), D);
   }
 }
 
@@ -279,16 +268,39 @@ double crack_max_width(const MatLaw& law)
   return part[c.softening] * law.material->young * c.gc / (c.strength * crack_strength(c));
 }
 
-const double* crack_normal(const MatLaw& law, const double* h)
+namespace {
+
+// the crack in a history that has opened widest
+const double* widest(const MatLaw& law, const double* h)
 {
-  return h + law_field(law_of(law), HISTORY_CRACK);
+  const double *first = h + law_field(law_of(law), HISTORY_CRACK), *best = first;
+  for (int i = 1; i < CRACK_AXES && law.kind == LAW_COHESIVE; ++i)
+    if (first[CRACK_SIZE * i + CRACK_OPENING] > best[CRACK_OPENING]) best = first + CRACK_SIZE * i;
+  return best;
 }
 
-double crack_opening(const MatLaw& law, const double* h) { return crack_normal(law, h)[CRACK_OPENING]; }
+}  // namespace
 
-double crack_band(const MatLaw& law, const double* h)
+const double* crack_normal(const MatLaw& law, const double* h) { return widest(law, h); }
+
+double crack_opening(const MatLaw& law, const double* h) { return widest(law, h)[CRACK_OPENING]; }
+
+double crack_band(const MatLaw& law, const double* h) { return std::fabs(widest(law, h)[CRACK_WIDTH]); }
+
+const double* crack_normal_like(const MatLaw& law, const double* h, const double* N, double* k)
 {
-  return std::fabs(crack_normal(law, h)[CRACK_WIDTH]);
+  const double *first = h + law_field(law_of(law), HISTORY_CRACK), *best = first;
+  double nearest = -1.0;
+  for (int i = 0; i < CRACK_AXES && (i == 0 || law.kind == LAW_COHESIVE); ++i) {
+    const double* x = first + CRACK_SIZE * i;
+    if (i > 0 && x[CRACK_OPENING] == 0.0) continue;
+    const double cosine = std::fabs(N[0] * x[0] + N[1] * x[1] + N[2] * x[2]);
+    if (cosine <= nearest) continue;
+    nearest = cosine;
+    best    = x;
+  }
+  *k = best[CRACK_OPENING];
+  return best;
 }
 
 namespace {
@@ -331,16 +343,31 @@ double line_share(const MatLaw& law, const double* S, const double* h, double* N
 
 }  // namespace
 
-double crack_share(const MatLaw& law, const double* S, const double* h, double* N)
+double crack_share(const MatLaw& law, const double* S, const double* h, double* N, double* k)
 {
-  if (crack_normal(law, h)[CRACK_WIDTH] < 0.0) return line_share(law, S, h, N);
+  const double* first = h + law_field(law_of(law), HISTORY_CRACK);
+  const Mat3 full = full_of(S);
   Opening o;
   o.t = largest_stress(law.crack, S, -HUGE_VAL);
   find_normal(law.crack, S, o);
-  const double k = crack_opening(law, h), carries = cohesion(law.crack, k).f;
-  if (k > 0.0) o.N = Eigen::Map<const Vec3>(crack_normal(law, h)).normalized();
-  std::copy_n(o.N.data(), 3, N);
-  return carries > 0.0 ? o.N.dot(full_of(S) * o.N) / carries : 0.0;
+  double largest = -HUGE_VAL;
+  const auto take = [&](const Vec3& axis, double opened) {
+    const double carries = cohesion(law.crack, opened).f, share = carries > 0.0 ? axis.dot(full * axis) / carries : 0.0;
+    if (share <= largest) return;
+    largest = share;
+    *k      = opened;
+    std::copy_n(axis.data(), 3, N);
+  };
+  if (first[CRACK_OPENING] == 0.0) take(o.N, 0.0);
+  else take(Eigen::Map<const Vec3>(first).normalized(), first[CRACK_OPENING]);
+  const bool alone = first[CRACK_OPENING] == 0.0 || first[CRACK_WIDTH] < 0.0 || law.kind != LAW_COHESIVE;
+  if (alone) return largest;
+  const Vec3 A = Eigen::Map<const Vec3>(first).normalized();
+  const double* second = first + CRACK_SIZE;
+  const Vec3 B = second[CRACK_OPENING] > 0.0 ? Vec3(Eigen::Map<const Vec3>(second)) : other_axis(law.crack, full, A);
+  take(B, second[CRACK_OPENING]);
+  if (law.crack.dim == 3) take(A.cross(B), second[CRACK_SIZE + CRACK_OPENING]);
+  return largest;
 }
 
 namespace {
@@ -376,7 +403,7 @@ double grown(const CrackLaw& c, const LineCrack& o, double k)
 void soften_line(const MatLaw& law, const LineCrack& o, const Mat3& flexible, double b, double* D)
 {
   double S[3][6];
-  for (int i = 0; i < 3; ++i) stress_of(law, o.n, Vec3::Unit(i), S[i]);
+  for (int i = 0; i < 3; ++i) crack_stress(law, o.n, Vec3::Unit(i), S[i]);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       for (int k = 0; k < 36; ++k) D[k] -= flexible(i, j) / b * S[i][k / 6] * S[j][k % 6];
@@ -413,13 +440,23 @@ bool law_line(const MatLaw& law, const double* h_n, double* h_np1, bool tangent,
   const double s = cohesion(c, k).f / k;
   const Vec3 w   = o.jump(s);
   double R[6];
-  stress_of(law, o.n, w / b, R);
+  crack_stress(law, o.n, w / b, R);
   for (int i = 0; i < 6; ++i) out.S[i] -= part * R[i];
   out.dissipated = part * o.p * (dissipated_to(c, k) - dissipated_to(c, k0)) / b;
   out.psi -= part * 0.5 * o.t.dot(w) / b;
   h_np1[CRACK_OPENING] = k;
   if (tangent) soften_line(law, o, part * flexibility(c, o, w, k0, k, s), b, out.D);
   return true;
+}
+
+// does the stress S - R along another axis than that of o exceed the strength?
+bool another_opens(const CrackLaw& c, const double* S, const double* R, const Opening& o)
+{
+  const double ft = crack_strength(c);
+  if (c.dim == 2) return S[0] + S[1] - R[0] - R[1] - (o.t - o.w * o.beside) > ft;
+  double left[6];
+  for (int i = 0; i < 6; ++i) left[i] = S[i] - R[i];
+  return !all_below(left, ft);
 }
 
 }  // namespace
@@ -429,8 +466,12 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
 {
   const CrackLaw& c = law.crack;
   law_svk(law, finite, E, nullptr, nullptr, tangent, out);
-  std::copy_n(h_n, CRACK_OPENING + 1, h_np1);
+  std::copy_n(h_n, CRACK_SIZE * CRACK_AXES, h_np1);
   if (h_n[CRACK_WIDTH] < 0.0) return law_line(law, h_n, h_np1, tangent, out);
+  if (h_n[CRACK_SIZE + CRACK_OPENING] > 0.0) {
+    law_cohesive_axes(law, h_n, h_np1, tangent, out);
+    return true;
+  }
   Opening o;
   const double limit = h_n[CRACK_WIDTH] == 0.0 ? crack_strength(c) : 0.0;
   o.t = largest_stress(c, out.S, limit);
@@ -438,10 +479,14 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   find_normal(c, out.S, o);
   o.width  = h_n[CRACK_WIDTH] == 0.0 ? crack_width(c, o.N.data()) : h_n[CRACK_WIDTH];
   o.beside = (law.lam3 + 2.0 * law.mu) / o.width;
-  open(c, h_n[CRACK_OPENING], o);
+  crack_open_along(c, h_n[CRACK_OPENING], o);
   const double part = 1.0 - law.c;
   double R[6];
-  stress_of(law, o.N, o.w / o.width * o.N, R);
+  crack_stress(law, o.N, o.w / o.width * o.N, R);
+  if (another_opens(c, out.S, R, o)) {
+    law_cohesive_axes(law, h_n, h_np1, tangent, out);
+    return true;
+  }
   for (int i = 0; i < 6; ++i) out.S[i] -= part * R[i];
   double released = released_energy(o);
   out.dissipated  = (dissipated_to(c, o.k) - dissipated_to(c, h_n[CRACK_OPENING])) / o.width;
@@ -453,7 +498,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
     Opening next = o;
     h_np1[CRACK_WIDTH] = next.width = width;
     next.beside = (law.lam3 + 2.0 * law.mu) / next.width;
-    open(c, o.k, next);
+    crack_open_along(c, o.k, next);
     h_np1[CRACK_OPENING] = next.k;
     out.dissipated += released_energy(next) - released;
     released = released_energy(next);

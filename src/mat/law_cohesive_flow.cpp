@@ -22,7 +22,7 @@ namespace {
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
-enum { CRACK = FLOW_EQUIVALENT + 1, FLOW_WORK = CRACK + CRACK_OPENING + 1 };     // history, after the flow
+enum { CRACK = FLOW_EQUIVALENT + 1, FLOW_WORK = CRACK + CRACK_SIZE };     // history, after the flow
 // relative to the elastic stiffness: lower bound where flow of the material makes the crack snap back
 // (no test)
 const double MIN_STIFFNESS = 1e-3;

@@ -4,7 +4,7 @@
 #include <Eigen/Dense>
 
 #include "base/log.h"
-#include "mat/law.h"
+#include "mat/crack.h"
 #include "mat/voigt.h"
 
 namespace {
@@ -108,7 +108,8 @@ Law table[] = {
                                    {"gap", 1, HISTORY_KEPT}}, false, law_drucker_prager, nullptr},
     {"granular", flow_history, false, law_granular, law_granular_step},
     {"cohesive", {{"crack normal", 3, HISTORY_CRACK}, {"crack width", 1, HISTORY_KEPT},
-                  {"crack opening", 1, HISTORY_KEPT}}, false, law_cohesive, nullptr},
+                  {"crack opening", 1, HISTORY_KEPT}, {"second crack", CRACK_SIZE, HISTORY_KEPT},
+                  {"third crack", CRACK_SIZE, HISTORY_KEPT}}, false, law_cohesive, nullptr},
     {"cohesive Drucker-Prager", {{"plastic deformation", 6, HISTORY_DEFORMATION},
                                  {"equivalent plastic strain", 1, HISTORY_EQUIVALENT},
                                  {"crack normal", 3, HISTORY_CRACK}, {"crack width", 1, HISTORY_KEPT},

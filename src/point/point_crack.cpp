@@ -151,7 +151,7 @@ struct CellsOfPoints {
 
 bool may_crack(const Model& m, const Points& pts, int p) { return m.body[pts.body[p]].fracture >= 0; }
 
-// strain across the crack of point p at t(n), 0: it has none                                      (2.34)
+// strain across the widest crack of point p at t(n), 0: it has none                                     (2.34)
 double crack_strain(const Model& m, const Points& pts, const PointLaws& law, const Level& l, int p)
 {
   const double* h = history_at(l.hp, law.history, p);
@@ -163,13 +163,17 @@ double crack_strain(const Model& m, const Points& pts, const PointLaws& law, con
   if (f.weibull > 0.0) of.crack.scatter = l.hp[scatter_at(pts, l.hp, p)];
   const Eigen::Matrix3d F = point_gradient(pts, m.dim, l.uc, p),
                         E = 0.5 * (F.transpose() * F - Eigen::Matrix3d::Identity());
-  double six[6], none[MAX_HISTORY], axis[3];
+  double six[6], none[MAX_HISTORY];
   six_components<3>(E.data(), 0.0, six);
   LawOutput out;
-  if (crack_traction(of.crack, k) > 0.0 && law_update(of, true, six, h, none, false, out))
-    return std::clamp(crack_share(of, out.S, h, axis), 0.0, 1.0) * k / b;
-  // open: of the strain alone
   const Eigen::Map<const Eigen::Vector3d> N(crack_normal(of, h));
+  const double carries = crack_traction(of.crack, k);
+  if (carries > 0.0 && law_update(of, true, six, h, none, false, out)) {
+    Eigen::Matrix3d S;
+    full_tensor<3>(out.S, S.data());
+    return std::clamp(N.dot(S * N) / carries, 0.0, 1.0) * k / b;
+  }
+  // open: of the strain alone
   const double whole     = of.lam * E.trace() + 2.0 * of.mu * N.dot(E * N);
   return std::clamp(whole / (of.lam + 2.0 * of.mu), 0.0, k / b);
 }

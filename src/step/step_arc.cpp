@@ -38,19 +38,19 @@ double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
   const Elements& el = p.d.el;
   const MatLaw law   = elem_law(p.m, el, b, el.slot_of[e], 1.0);
   const bool nlgeom  = p.m.step[p.st.log.step - 1].nlgeom;
-  double largest = 0.0, N[3];
+  double largest = 0.0, N[3], k;
   IpFields at;
   for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
     elem_ip_fields(p.m, el, p.st.n, nlgeom, e, g, at);
     const double* h = history_at(p.st.n.he, el.history, el.gauss_of[e] + g);
-    const double share = crack_share(law, at.sig, h, N);
+    const double share = crack_share(law, at.sig, h, N, &k);
     if (share <= largest) continue;
     largest = share;
     q.e  = e;
     std::copy_n(N, 3, q.N.begin());
     q.width = crack_width(law.crack, N);
     const double strain = crack_strength(law.crack) / b.law.material->young;
-    q.cracked = crack_opening(law, h) > 0.0;
+    q.cracked = k > 0.0;
     q.max_extension    = q.cracked ? OPENING_STEP * crack_open(law.crack)
                           : (std::max(0.0, 1.0 - share) + STRENGTH_EXCESS) * strain * q.width;
   }

@@ -1,0 +1,41 @@
+// ---------------------------------------------------------------------------
+// crack_axes.h : parts that one and several cohesive openings share. Private to law_cohesive*.cpp
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MAT_CRACK_AXES_H
+#define MPFE_MAT_CRACK_AXES_H
+
+#include <Eigen/Dense>
+
+#include "mat/crack.h"
+
+// The crack along one axis, at one strain
+struct Opening {
+  Eigen::Vector3d N;           // normal
+  double width;
+  double t;                    // stress along N without this crack
+  double beside;               // stiffness of the adjacent material                force/length^3
+  double w = 0.0, k = 0.0;     // opening, the largest so far
+  double s = 0.0;              // traction/w
+  double flexible = 0.0;       // dw/dt
+};
+
+// crack_open_along : w, k, s and dw/dt of (2.33);  k: the largest opening so far
+void crack_open_along(const CrackLaw& c, double k, Opening& o);
+
+// crack_stress : stress of a unit strain sym(N a): C : sym(N a)                          [6]
+void crack_stress(const MatLaw& law, const Eigen::Vector3d& N, const Eigen::Vector3d& a, double* S);
+
+// crack_subtract : D -= share S S^T, S of the strain sym(N a)
+void crack_subtract(const MatLaw& law, const Eigen::Vector3d& N, const Eigen::Vector3d& a, double share,
+                    double* D);
+
+// ---------------------------------------------------------------------------
+// law_cohesive_axes : cracks along all principal axes, each with its own history          (2.36e), (2.36f)
+//
+//   in   h_n, h_np1   CRACK_AXES cracks, h_np1 as h_n
+//        out          of the intact law at this strain
+//   out  h_np1, out   of the cracked one
+// ---------------------------------------------------------------------------
+void law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool tangent, LawOutput& out);
+
+#endif
