@@ -352,7 +352,8 @@ double crack_share(const MatLaw& law, const double* S, const double* h, double* 
   find_normal(law.crack, S, o);
   double largest = -HUGE_VAL;
   const auto take = [&](const Vec3& axis, double opened) {
-    const double carries = cohesion(law.crack, opened).f, share = carries > 0.0 ? axis.dot(full * axis) / carries : 0.0;
+    const double carries = cohesion(law.crack, opened).f,
+                 share   = carries > 0.0 ? axis.dot(full * axis) / carries : 0.0;
     if (share <= largest) return;
     largest = share;
     *k      = opened;
@@ -364,7 +365,8 @@ double crack_share(const MatLaw& law, const double* S, const double* h, double* 
   if (alone) return largest;
   const Vec3 A = Eigen::Map<const Vec3>(first).normalized();
   const double* second = first + CRACK_SIZE;
-  const Vec3 B = second[CRACK_OPENING] > 0.0 ? Vec3(Eigen::Map<const Vec3>(second)) : other_axis(law.crack, full, A);
+  const bool two = second[CRACK_OPENING] > 0.0;
+  const Vec3 B   = two ? Vec3(Eigen::Map<const Vec3>(second)) : other_axis(law.crack, full, A);
   take(B, second[CRACK_OPENING]);
   if (law.crack.dim == 3) take(A.cross(B), second[CRACK_SIZE + CRACK_OPENING]);
   return largest;

@@ -5,9 +5,9 @@
 //
 //   E = Ee + sum of x_i N_i N_i,  x_i = w_i/b_i,   t_i - lam sum(x) - 2 mu x_i = f(k_i)/k_i w_i      (2.36e)
 //
-// t_i is the stress along N_i without cracks. The openings minimise the energy, so that its derivative is the
-// stress; they are unique where b max|f'| < 2 mu. The history of an axis stays with the axis that is nearest to
-// it in the next increment; while one axis alone has opened it is that of the largest stress, as in (2.33).
+// t_i is the stress along N_i without cracks. The openings minimise the energy, whose derivative is the
+// stress; they are unique where b max|f'| < 2 mu. A history belongs to the axis nearest to that of the
+// last increment; while one axis alone has opened, to that of the largest stress, as in (2.33).
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
@@ -175,7 +175,11 @@ Mat3 matrix(const Axes& a, Slope slope)
 // imbalance
 bool correct(const CrackLaw& c, Axes& a)
 {
-  const Mat3 K = matrix(a, [&](int i) { return a.o[i].k > a.k0[i] ? cohesion(c, a.o[i].k).slope : a.o[i].s; });
+  const auto slope = [&](int i) {
+    const Opening& o = a.o[i];
+    return o.k > a.k0[i] ? cohesion(c, o.k).slope : o.s;
+  };
+  const Mat3 K = matrix(a, slope);
   Vec3 rest = Vec3::Zero();
   for (int i = 0; i < a.n; ++i)
     if (a.o[i].w > 0.0) rest[i] = a.stress(i) - a.o[i].s * a.o[i].w;
@@ -225,7 +229,7 @@ double dissipated_by(const CrackLaw& c, const Axes& a)
 
 // ---- widths of the next increment ----------------------------------------------------------------------
 
-// of an element: along its mean normal for the axis next to it, and normal to that for the others; of a point:
+// of an element: along its mean normal for the axis next to it, normal to that for the others; of a point:
 // that of the cells for the crack that has opened widest. false: none changes
 bool next_widths(const CrackLaw& c, Axes& a)
 {
@@ -259,11 +263,12 @@ void soften(const MatLaw& law, const Axes& a, double part, double* D)
 {
   const CrackLaw& c = law.crack;
   const bool secant = c.tangent == CRACK_SECANT;
-  const Mat3 F = matrix(a, [&](int i) {
-                   const Opening& o = a.o[i];
-                   const bool onward = c.tangent == CRACK_ONWARD && o.w >= (1.0 - OPENING_TOL) * o.k;
-                   return !secant && (o.k > a.k0[i] || onward) ? cohesion(c, o.k).slope : o.s;
-                 }).inverse();
+  const auto slope  = [&](int i) {
+    const Opening& o  = a.o[i];
+    const bool onward = c.tangent == CRACK_ONWARD && o.w >= (1.0 - OPENING_TOL) * o.k;
+    return !secant && (o.k > a.k0[i] || onward) ? cohesion(c, o.k).slope : o.s;
+  };
+  const Mat3 F = matrix(a, slope).inverse();
   double S[3][6];
   for (int i = 0; i < a.n; ++i) crack_stress(law, a.o[i].N, a.o[i].N, S[i]);
   for (int i = 0; i < a.n; ++i)

@@ -151,7 +151,7 @@ struct CellsOfPoints {
 
 bool may_crack(const Model& m, const Points& pts, int p) { return m.body[pts.body[p]].fracture >= 0; }
 
-// strain across the widest crack of point p at t(n), 0: it has none                                     (2.34)
+// strain across the widest crack of point p at t(n), 0: it has none                              (2.34)
 double crack_strain(const Model& m, const Points& pts, const PointLaws& law, const Level& l, int p)
 {
   const double* h = history_at(l.hp, law.history, p);
