@@ -35,11 +35,15 @@ Status form(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode
 void mean_normal(const MatLaw& law, const HistoryStep* h, int n, double* mean)
 {
   std::fill_n(mean, 3, 0.0);
-  int widest = 0;
-  for (int g = 1; g < n; ++g)
-    if (crack_opening(law, h[g].n) > crack_opening(law, h[widest].n)) widest = g;
-  const double* main = crack_normal(law, h[widest].n);
-  if (crack_opening(law, h[widest].n) == 0.0) return;
+  double most = 0.0;
+  const double* main = nullptr;
+  for (int g = 0; g < n; ++g) {
+    const double opening = crack_opening(law, h[g].n);
+    if (opening <= most) continue;
+    most = opening;
+    main = crack_normal(law, h[g].n);
+  }
+  if (!main) return;
   for (int g = 0; g < n; ++g) {
     double opening;
     const double* N = crack_normal_like(law, h[g].n, main, &opening);

@@ -270,11 +270,18 @@ double crack_max_width(const MatLaw& law)
 
 namespace {
 
+// the first crack in a history; LAW_COHESIVE begins with it
+const double* first_crack(const MatLaw& law, const double* h)
+{
+  return h + (law.kind == LAW_COHESIVE ? HISTORY_OF_LAW : law_field(law_of(law), HISTORY_CRACK));
+}
+
 // the crack in a history that has opened widest
 const double* widest(const MatLaw& law, const double* h)
 {
-  const double *first = h + law_field(law_of(law), HISTORY_CRACK), *best = first;
-  for (int i = 1; i < CRACK_AXES && law.kind == LAW_COHESIVE; ++i)
+  const double *first = first_crack(law, h), *best = first;
+  if (law.kind != LAW_COHESIVE || first[CRACK_SIZE + CRACK_OPENING] == 0.0) return first;
+  for (int i = 1; i < CRACK_AXES; ++i)
     if (first[CRACK_SIZE * i + CRACK_OPENING] > best[CRACK_OPENING]) best = first + CRACK_SIZE * i;
   return best;
 }
@@ -289,11 +296,11 @@ double crack_band(const MatLaw& law, const double* h) { return std::fabs(widest(
 
 const double* crack_normal_like(const MatLaw& law, const double* h, const double* N, double* k)
 {
-  const double *first = h + law_field(law_of(law), HISTORY_CRACK), *best = first;
+  const double *first = first_crack(law, h), *best = first;
   double nearest = -1.0;
   for (int i = 0; i < CRACK_AXES && (i == 0 || law.kind == LAW_COHESIVE); ++i) {
     const double* x = first + CRACK_SIZE * i;
-    if (i > 0 && x[CRACK_OPENING] == 0.0) continue;
+    if (i > 0 && x[CRACK_OPENING] == 0.0) break;
     const double cosine = std::fabs(N[0] * x[0] + N[1] * x[1] + N[2] * x[2]);
     if (cosine <= nearest) continue;
     nearest = cosine;
@@ -345,8 +352,8 @@ double line_share(const MatLaw& law, const double* S, const double* h, double* N
 
 double crack_share(const MatLaw& law, const double* S, const double* h, double* N, double* k)
 {
-  const double* first = h + law_field(law_of(law), HISTORY_CRACK);
-  const Mat3 full = full_of(S);
+  const double* first = first_crack(law, h);
+  const Mat3 full     = full_of(S);
   Opening o;
   o.t = largest_stress(law.crack, S, -HUGE_VAL);
   find_normal(law.crack, S, o);
