@@ -23,7 +23,8 @@ using Mat3 = Eigen::Matrix3d;
 // Principal stresses that differ by less, relative to the largest, are equal: their axes are those of t(n)
 // (test: CohesiveAxes.TurnedPathsAreTheSame)
 const double EQUAL = 1e-9;
-// stress off equilibrium, relative to that without cracks; sweeps, 1 to 3 where the openings are unique
+// stress off equilibrium, relative to that without cracks; sweeps over the axes, few where the openings are
+// unique  (no test)
 const double ROUND   = 1e-14;
 const int MAX_SWEEPS = 200;
 
