@@ -514,7 +514,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
     // half the force belongs to the next increment, unless that returns to it at once
     if (c.tangent == CRACK_MEAN && next.k > o.k) {
       double R1[6];
-      stress_of(law, next.N, next.w / next.width * next.N, R1);
+      crack_stress(law, next.N, next.w / next.width * next.N, R1);
       for (int i = 0; i < 6; ++i) out.S[i] -= part * 0.5 * (R1[i] - R[i]);
     }
   }

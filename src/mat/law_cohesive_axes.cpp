@@ -285,6 +285,16 @@ void soften(const MatLaw& law, const Axes& a, double part, double* D)
     }
 }
 
+// S -= part times the stress that the cracks release
+void release(const MatLaw& law, const Axes& a, double part, double* S)
+{
+  for (int i = 0; i < a.n; ++i) {
+    double R[6];
+    crack_stress(law, a.o[i].N, a.x(i) * a.o[i].N, R);
+    for (int j = 0; j < 6; ++j) S[j] -= part * R[j];
+  }
+}
+
 void keep(const Axes& a, double* h)
 {
   for (int i = 0; i < a.n; ++i) {
@@ -304,11 +314,7 @@ void law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool
   const double part = 1.0 - law.c;
   Axes a = find_axes(law, out.S, h_n);
   open_all(c, a);
-  for (int i = 0; i < a.n; ++i) {
-    double R[6];
-    crack_stress(law, a.o[i].N, a.x(i) * a.o[i].N, R);
-    for (int j = 0; j < 6; ++j) out.S[j] -= part * R[j];
-  }
+  release(law, a, part, out.S);
   double released = released_energy(a);
   out.dissipated  = dissipated_by(c, a);
   Axes next = a;
@@ -317,6 +323,13 @@ void law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool
     open_all(c, next);
     out.dissipated += released_energy(next) - released;
     released = released_energy(next);
+    bool grows = false;
+    for (int i = 0; i < a.n; ++i) grows = grows || next.o[i].k > a.o[i].k;
+    // half the force belongs to the next increment, unless that returns to it at once
+    if (c.tangent == CRACK_MEAN && grows) {
+      release(law, a, -0.5 * part, out.S);
+      release(law, next, 0.5 * part, out.S);
+    }
   }
   keep(next, h_np1);
   out.psi -= part * released;
