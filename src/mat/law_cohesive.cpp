@@ -353,7 +353,9 @@ double line_share(const MatLaw& law, const double* S, const double* h, double* N
 double crack_share(const MatLaw& law, const double* S, const double* h, double* N, double* k)
 {
   const double* first = first_crack(law, h);
-  const Mat3 full     = full_of(S);
+  *k = first[CRACK_OPENING];
+  if (first[CRACK_WIDTH] < 0.0) return line_share(law, S, h, N);
+  const Mat3 full = full_of(S);
   Opening o;
   o.t = largest_stress(law.crack, S, -HUGE_VAL);
   find_normal(law.crack, S, o);
@@ -368,8 +370,7 @@ double crack_share(const MatLaw& law, const double* S, const double* h, double* 
   };
   if (first[CRACK_OPENING] == 0.0) take(o.N, 0.0);
   else take(Eigen::Map<const Vec3>(first).normalized(), first[CRACK_OPENING]);
-  const bool alone = first[CRACK_OPENING] == 0.0 || first[CRACK_WIDTH] < 0.0 || law.kind != LAW_COHESIVE;
-  if (alone) return largest;
+  if (first[CRACK_OPENING] == 0.0 || law.kind != LAW_COHESIVE) return largest;
   const Vec3 A = Eigen::Map<const Vec3>(first).normalized();
   const double* second = first + CRACK_SIZE;
   const bool two = second[CRACK_OPENING] > 0.0;
