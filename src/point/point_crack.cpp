@@ -42,10 +42,11 @@ MatLaw kind_of(const Model& m, const Body& body)
 
 // The width is at most this part of that beyond which the law snaps back: less of a domain in cells that open
 // counts as if it were as much  (test: strength/bar_shift.inp)
-const double MAX_LIMIT = 0.5;
+const double MAX_LIMIT = 0.9;
 // A cell opens with those beside it from this part of their strain on  (test: strength/band_points.inp)
 const double OPENS_WITH = 0.3;
-// A cell that holds less than this part of a domain counts less for it  (test: strength/band_points.inp)
+// A cell that holds less than this part of a domain counts less for it; a domain with less than this part
+// outside lies in the cell as a whole  (test: strength/band_points.inp)
 const double SLIVER = 0.1;
 // The strain of a cell is the mean over its points by this power of the part of each in the cell
 // (test: strength/bar_shift.inp)
@@ -54,14 +55,18 @@ const int POWER = 16;
 // below this part of theirs  (test: strength/bar_shift.inp)
 const double OPENED = 0.5, NEWCOMER = 0.2;
 
+// of a cell, or of a domain: what reaches less far into a cell, rounding among it, is out  (no test)
+const double TOUCHES = 1e-6;
+
 // cells that the domain of a point reaches into, at most  (no test)
 const int MAX_CELLS = 64;
 
-// Cells of the grid that the domain of a point reaches into, and the part of it in each
+// Cells of the grid that the domain of a point reaches into, and the part of it in each; its box, in cells
 struct DomainCells {
   int n = 0;
   long key[MAX_CELLS];
   double part[MAX_CELLS];
+  double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};
 };
 
 // box of the extents of the domain along the axes, reduced to its volume
@@ -92,9 +97,9 @@ void domain_box(const Model& m, const Points& pts, const RealVec& uc, int p, dou
 
 DomainCells domain_cells(const Model& m, const Points& pts, const RealVec& uc, int p)
 {
-  const double TOUCHES = 1e-6;         // of a cell: what reaches less far into it, rounding among it, is out
   const Grid& g = m.grid;
-  double lo[3], hi[3];
+  DomainCells d;
+  double *lo = d.lo, *hi = d.hi;
   domain_box(m, pts, uc, p, lo, hi);
   int first[3] = {0, 0, 0}, last[3] = {0, 0, 0}, at[3];
   for (int i = 0; i < m.dim; ++i) {
@@ -106,7 +111,6 @@ DomainCells domain_cells(const Model& m, const Points& pts, const RealVec& uc, i
   long cells = 1;
   for (int i = 0; i < m.dim; ++i) cells *= last[i] - first[i] + 1;
   MPFE_CHECK(cells <= MAX_CELLS, "the domain of a point reaches into more than 64 cells of the grid");
-  DomainCells d;
   const auto overlap = [&](int i) {
     return std::max(0.0, std::min(hi[i], at[i] + 1.0) - std::max(lo[i], static_cast<double>(at[i]))) /
            (hi[i] - lo[i]);
@@ -131,21 +135,36 @@ struct CellsOfPoints {
   IntVec number;               // [npoint] of cells
   std::vector<long> key;
   RealVec part;
+  RealVec box;                 // [computed][6] lo, hi
+  IntVec box_at;               // [npoint] index of the box
 
   CellsOfPoints(const Model& of, const Points& points, const RealVec& laid)
-    : m(of), pts(points), uc(laid), first(points.npoint, -1), number(points.npoint, 0)
+    : m(of), pts(points), uc(laid), first(points.npoint, -1), number(points.npoint, 0),
+      box_at(points.npoint, -1)
   {
   }
-  // the cells of point p: their number; keys and parts begin at first[p]
-  int compute(int p)
+  DomainCells cells(int p)
   {
-    if (first[p] >= 0) return number[p];
+    if (first[p] < 0) return add(p);
+    DomainCells d;
+    d.n = number[p];
+    std::copy_n(&key[first[p]], d.n, d.key);
+    std::copy_n(&part[first[p]], d.n, d.part);
+    std::copy_n(&box[6 * static_cast<size_t>(box_at[p])], 3, d.lo);
+    std::copy_n(&box[6 * static_cast<size_t>(box_at[p]) + 3], 3, d.hi);
+    return d;
+  }
+  DomainCells add(int p)
+  {
     const DomainCells d = domain_cells(m, pts, uc, p);
     first[p]  = static_cast<int>(key.size());
     number[p] = d.n;
+    box_at[p] = static_cast<int>(box.size() / 6);
     key.insert(key.end(), d.key, d.key + d.n);
     part.insert(part.end(), d.part, d.part + d.n);
-    return d.n;
+    box.insert(box.end(), d.lo, d.lo + 3);
+    box.insert(box.end(), d.hi, d.hi + 3);
+    return d;
   }
 };
 
@@ -178,11 +197,43 @@ double crack_strain(const Model& m, const Points& pts, const PointLaws& law, con
   return std::clamp(whole / (of.lam + 2.0 * of.mu), 0.0, k / b);
 }
 
+// box of what a cell holds, in cells
+struct CellFill {
+  double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+  void add(const CellFill& f)
+  {
+    for (int i = 0; i < 3; ++i) {
+      lo[i] = std::min(lo[i], f.lo[i]);
+      hi[i] = std::max(hi[i], f.hi[i]);
+    }
+  }
+};
+
 // Sums over the points of a cell: weights, those times the strains across the cracks; tensor of the opening,
 // sum of volume x strain x N N, of which the largest axis is the mean normal: 11 22 33 12 23 31
 struct CellSum {
   long key;
-  double weight, strain, opening[6];
+  double weight = 0.0, strain = 0.0, opening[6] = {};
+  CellFill fill, opens;        // what all points fill of it; those that open, or lie in it as a whole
+  bool crossed[3][2] = {};     // does another point lie across this face, axis and side?
+  double most = 0.0;           // largest part of a domain in it
+  long main   = -1;            // cell with the largest part of this domain; see join_slivers
+
+  void add(const CellSum& c)
+  {
+    weight += c.weight;
+    strain += c.strain;
+    for (int i = 0; i < 6; ++i) opening[i] += c.opening[i];
+    fill.add(c.fill);
+    opens.add(c.opens);
+    for (int i = 0; i < 3; ++i)
+      for (int side = 0; side < 2; ++side) crossed[i][side] = crossed[i][side] || c.crossed[i][side];
+    if (c.most > most || (c.most == most && c.main < main)) {
+      most = c.most;
+      main = c.main;
+    }
+  }
 };
 
 // sums over the points of all ranks, in ascending order of the cells. Collective
@@ -192,22 +243,39 @@ void sum_cells(std::vector<CellSum>& all)
   std::stable_sort(all.begin(), all.end(), [](const CellSum& a, const CellSum& b) { return a.key < b.key; });
   size_t n = 0;
   for (const CellSum& c : all) {
-    if (n > 0 && all[n - 1].key == c.key) {
-      all[n - 1].weight += c.weight;
-      all[n - 1].strain += c.strain;
-      for (int i = 0; i < 6; ++i) all[n - 1].opening[i] += c.opening[i];
-    } else {
-      all[n++] = c;
-    }
+    if (n > 0 && all[n - 1].key == c.key) all[n - 1].add(c);
+    else all[n++] = c;
   }
   all.resize(n);
 }
 
-const CellSum* find_cell(const std::vector<CellSum>& all, long key)
+template <class Cells>
+auto find_cell(Cells& all, long key) -> decltype(&all[0])
 {
   const auto it = std::lower_bound(all.begin(), all.end(), key,
                                    [](const CellSum& c, long of) { return c.key < of; });
   return it != all.end() && it->key == key ? &*it : nullptr;
+}
+
+// A cell that is not full, and holds less than half of each domain in it, opens with the cell that holds the
+// largest part: its nodes follow those of that cell (3.11), or the domain averages over both. Then main is
+// the key of that cell, else the key of the cell itself
+void join_slivers(int dim, std::vector<CellSum>& all)
+{
+  std::vector<const CellSum*> sliver;
+  for (CellSum& c : all) {
+    bool full = true;
+    for (int i = 0; i < dim; ++i) full = full && c.fill.hi[i] - c.fill.lo[i] > 1.0 - TOUCHES;
+    const CellSum* main = full || c.most > 0.5 - TOUCHES ? nullptr : find_cell(all, c.main);
+    if (main && main->most > 0.5 - TOUCHES) sliver.push_back(&c);
+    else c.main = c.key;
+  }
+  for (const CellSum* c : sliver) {
+    CellSum* to     = find_cell(all, c->main);
+    const long main = to->main;
+    to->add(*c);
+    to->main = main;
+  }
 }
 
 // adds x N N, N the normal of the crack of point p
@@ -246,66 +314,153 @@ struct CellBox {
   }
 };
 
+// A point across a face of a cell opens with it later, and counts for what opens of the cell, if the cell on
+// the other side is full: in a cell that ends at a surface it alone carries the load, and stays whole
+void open_faces(const Model& m, std::vector<CellSum>& all)
+{
+  for (CellSum& c : all) {
+    int at[3];
+    const int field = cell_of_key(m.grid, m.dim, c.key, at);
+    for (int i = 0; i < m.dim; ++i)
+      for (int side = 0; side < 2; ++side) {
+        const int there = at[i] + 2 * side - 1;
+        if (!c.crossed[i][side] || there < 0 || there >= m.grid.n[i]) continue;
+        int beyond[3] = {at[0], at[1], at[2]};
+        beyond[i] = there;
+        const CellSum* other = find_cell(all, cell_key(m.grid, m.dim, field, beyond));
+        if (!other || other->fill.hi[i] - other->fill.lo[i] < 1.0 - TOUCHES) continue;
+        c.opens.lo[i] = std::min(c.opens.lo[i], at[i] + static_cast<double>(side));
+        c.opens.hi[i] = std::max(c.opens.hi[i], at[i] + static_cast<double>(side));
+      }
+  }
+}
+
+// the cell and those at its faces
+void list_cells(const Grid& g, int dim, long key, std::vector<CellSum>& list)
+{
+  int at[3];
+  const int field = cell_of_key(g, dim, key, at);
+  const auto add  = [&](long k) {
+    list.emplace_back();
+    list.back().key = k;
+  };
+  add(key);
+  for (int i = 0; i < dim; ++i)
+    for (int step : {-1, 1}) {
+      int beside[3] = {at[0], at[1], at[2]};
+      beside[i] += step;
+      if (beside[i] >= 0 && beside[i] < g.n[i]) add(cell_key(g, dim, field, beside));
+    }
+}
+
+// what point p fills of a cell; its part k of d
+CellFill filled(const Grid& g, int dim, const DomainCells& d, int k)
+{
+  CellFill f;
+  int at[3];
+  cell_of_key(g, dim, d.key[k], at);
+  for (int i = 0; i < dim; ++i) {
+    f.lo[i] = std::max(d.lo[i], static_cast<double>(at[i]));
+    f.hi[i] = std::min(d.hi[i], at[i] + 1.0);
+  }
+  return f;
+}
+
+// faces of cell c that the domain lies across
+void note_crossed(const Grid& g, int dim, const DomainCells& d, CellSum& c)
+{
+  int at[3];
+  cell_of_key(g, dim, c.key, at);
+  for (int i = 0; i < dim; ++i) {
+    c.crossed[i][0] = d.lo[i] < at[i] - TOUCHES;
+    c.crossed[i][1] = d.hi[i] > at[i] + 1.0 + TOUCHES;
+  }
+}
+
 // mean strain across the cracks in the cells that cracked points reach into. Collective
 //   out  strain   across the crack of each point of this rank [npoint]
 std::vector<CellSum> cell_strains(const Model& m, const Points& pts, const PointLaws& law, const Level& l,
                                   CellsOfPoints& of, RealVec& strain)
 {
   std::vector<CellSum> cracked, all;
+  std::vector<long> reached;
   strain.assign(pts.npoint, 0.0);
   for (int p = 0; p < pts.npoint; ++p) {
     if (!may_crack(m, pts, p) || !point_counts(m, pts, p)) continue;
     strain[p] = crack_strain(m, pts, law, l, p);
     if (strain[p] == 0.0) continue;
-    const int n = of.compute(p);
-    for (int k = 0; k < n; ++k) cracked.push_back({of.key[of.first[p] + k], 0.0, 0.0, {}});
+    const DomainCells d = of.cells(p);
+    for (int k = 0; k < d.n; ++k) reached.push_back(d.key[k]);
   }
+  std::sort(reached.begin(), reached.end());
+  reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
+  for (long key : reached) list_cells(m.grid, m.dim, key, cracked);
   sum_cells(cracked);
   if (cracked.empty()) return cracked;
   const CellBox box(m, cracked);
   for (int p = 0; p < pts.npoint; ++p) {
     if (!point_counts(m, pts, p) || !box.has(m, pts, of.uc, p)) continue;
-    const int n = of.compute(p);
-    for (int k = of.first[p]; k < of.first[p] + n; ++k) {
-      if (!find_cell(cracked, of.key[k])) continue;
-      const double weight = pts.V0[p] * std::pow(of.part[k], POWER);
-      all.push_back({of.key[k], weight, weight * strain[p], {}});
-      const double opening = pts.V0[p] * of.part[k] * strain[p];
-      if (opening > 0.0) add_opening(law, pts, l, p, opening, all.back().opening);
+    const DomainCells d = of.cells(p);
+    const long main     = d.key[std::max_element(d.part, d.part + d.n) - d.part];
+    for (int k = 0; k < d.n; ++k) {
+      if (!find_cell(cracked, d.key[k])) continue;
+      CellSum c;
+      c.key    = d.key[k];
+      c.weight = pts.V0[p] * std::pow(d.part[k], POWER);
+      c.strain = c.weight * strain[p];
+      c.fill   = filled(m.grid, m.dim, d, k);
+      c.most   = d.part[k];
+      c.main   = main;
+      if (strain[p] > 0.0) add_opening(law, pts, l, p, pts.V0[p] * d.part[k] * strain[p], c.opening);
+      if (strain[p] > 0.0 || d.part[k] > 1.0 - SLIVER) c.opens = c.fill;
+      else note_crossed(m.grid, m.dim, d, c);
+      all.push_back(c);
     }
   }
   sum_cells(all);
+  join_slivers(m.dim, all);
+  open_faces(m, all);
   return all;
 }
 
 // The cells of a point that open
 struct OpenCells {
-  double part   = 1.0;         // of its domain
+  int n = 0;
+  const CellSum* cell[MAX_CELLS];
+  double share[MAX_CELLS];     // of its domain
+  double part   = 1.0;         // sum of them
   double strain = 0.0;         // largest
   double opening[6] = {};      // sum of their tensors
 };
 
 OpenCells open_cells(CellsOfPoints& of, const std::vector<CellSum>& cells, int p)
 {
-  const int n        = of.compute(p);
-  const long* key    = &of.key[of.first[p]];
-  const double* part = &of.part[of.first[p]];
+  const DomainCells d = of.cells(p);
   OpenCells open;
-  double strain[MAX_CELLS], most = 0.0, sum = 0.0;
-  for (int k = 0; k < n; ++k) {
-    const CellSum* c = find_cell(cells, key[k]);
-    strain[k] = c && c->weight > 0.0 ? c->strain / c->weight : 0.0;
-    most      = std::max(most, strain[k] * std::min(1.0, part[k] / SLIVER));
+  for (int k = 0; k < d.n; ++k) {
+    const CellSum* c = find_cell(cells, d.key[k]);
+    if (c && c->main != c->key) c = find_cell(cells, c->main);
+    if (!c) continue;
+    int q = 0;
+    while (q < open.n && open.cell[q] != c) ++q;
+    if (q == open.n) {
+      open.cell[open.n]    = c;
+      open.share[open.n++] = 0.0;
+    }
+    open.share[q] += d.part[k];
   }
-  for (int k = 0; k < n && most > 0.0; ++k) {
-    const double share = part[k] * std::min(1.0, strain[k] / (OPENS_WITH * most));
-    if (share == 0.0) continue;
-    sum += share;
-    const double* opening = find_cell(cells, key[k])->opening;
-    for (int i = 0; i < 6; ++i) open.opening[i] += share * opening[i];
+  double strain[MAX_CELLS], sum = 0.0;
+  for (int k = 0; k < open.n; ++k) {
+    strain[k]   = open.cell[k]->weight > 0.0 ? open.cell[k]->strain / open.cell[k]->weight : 0.0;
+    open.strain = std::max(open.strain, strain[k] * std::min(1.0, open.share[k] / SLIVER));
   }
-  if (most > 0.0) open.part = std::min(1.0, sum);
-  open.strain = most;
+  if (open.strain == 0.0) return open;
+  for (int k = 0; k < open.n; ++k) {
+    open.share[k] *= std::min(1.0, strain[k] / (OPENS_WITH * open.strain));
+    sum += open.share[k];
+    for (int i = 0; i < 6; ++i) open.opening[i] += open.share[k] * open.cell[k]->opening[i];
+  }
+  open.part = std::min(1.0, sum);
   return open;
 }
 
@@ -317,7 +472,23 @@ Eigen::Vector3d mean_axis(const double* A)
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(full).eigenvectors().col(2);
 }
 
-// width of the band of point p with this strain across its crack, 0: no crack, no traction, or closed;
+// Width of what opens of the cells along the mean normal of their cracks: the mean over the cells by their
+// shares. box: edges of a whole cell, or of the domain where it is larger                       (2.36b)
+double open_width(int dim, const OpenCells& open, CrackLaw c)
+{
+  const Eigen::Vector3d axis = mean_axis(open.opening);
+  double box[3], width = 0.0, sum = 0.0;
+  std::copy_n(c.box, 3, box);
+  for (int k = 0; k < open.n; ++k) {
+    if (open.share[k] == 0.0) continue;
+    for (int i = 0; i < dim; ++i) c.box[i] = box[i] * (open.cell[k]->opens.hi[i] - open.cell[k]->opens.lo[i]);
+    width += open.share[k] * crack_width(c, axis.data());
+    sum += open.share[k];
+  }
+  return width / sum;
+}
+
+// width of the band of point p with this strain across its crack, 0: no crack, or closed;
 // came: counts points that have come into cells whose crack is open
 double band_of(const Model& m, const Points& pts, const PointLaws& law, const Level& l, CellsOfPoints& of,
                const std::vector<CellSum>& cells, int p, double strain, double& came)
@@ -329,7 +500,7 @@ double band_of(const Model& m, const Points& pts, const PointLaws& law, const Le
   if (k >= crack_open(now.crack)) return 0.0;
   const OpenCells open = open_cells(of, cells, p);
   if (open.strain == 0.0 || strain == 0.0) return 0.0;
-  const double box  = crack_width(now.crack, mean_axis(open.opening).data()), w = box * open.strain,
+  const double box  = open_width(m.dim, open, now.crack), w = box * open.strain,
                most = std::max(box, MAX_LIMIT * crack_max_width(now));
   const bool comes = w > OPENED * crack_open(now.crack) && strain < NEWCOMER * open.part * open.strain;
   came += comes;

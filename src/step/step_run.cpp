@@ -349,6 +349,31 @@ Failure reshape(Problem& p, const Step& s, double t_step, Increment& inc)
   return failure;
 }
 
+// Warns once of cracks of points that begin and open in one increment, at the end of which their widths would
+// follow the cells                                                                               (2.36b)
+void warn_snapped(Problem& p, const Level& before)
+{
+  const double YOUNG = 0.2;                          // of the opening of zero traction
+  const State& st    = p.st;
+  const size_t n     = point_history_size(st.points, st.n);
+  double sum[2] = {};                                // cracks, and their E Gc/ft^2
+  for (int q = 0; q < st.points.npoint; ++q) {
+    const Body& body = p.m.body[st.points.body[q]];
+    if (body.fracture < 0 || !point_counts(p.m, st.points, q) || !point_open(p.m, st.points, st.n, q) ||
+        point_opening(p.m, st.points, before, n, q) >= YOUNG)
+      continue;
+    const FractureDef& f = p.m.fracture[body.fracture];
+    sum[0] += 1.0;
+    sum[1] += p.m.material[body.material].young * f.gc / (f.ft * f.ft);
+  }
+  comm_sum(sum, 2);
+  if (sum[0] == 0.0 || !p.warned.insert("cracks of points snapped").second) return;
+  log_warn("time %.8g: the cracks of %.0f material points open in one increment, and may dissipate up to "
+           "twice the toughness. Use smaller increments; statics of a body longer than 2 E Gc/ft^2 = %.3g "
+           "snap back at any dt: use *DYNAMIC, EXPLICIT",
+           st.n.time, sum[0], 2.0 * sum[1] / sum[0]);
+}
+
 // one attempt over inc.dt; if it converges, its end becomes t(n), and elements break
 Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
 {
@@ -381,6 +406,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   if (!failure.ok()) return failure;
   const std::vector<ErosionLog> open = frac_points_open(p.m, st.points, inc.undo.n, st.n, st.frac);
   st.eroded.insert(st.eroded.end(), open.begin(), open.end());
+  if (!open.empty() && !s.explicit_steps()) warn_snapped(p, inc.undo.n);
   return reshape(p, s, t, inc);
 }
 
