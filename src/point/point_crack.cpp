@@ -257,17 +257,33 @@ auto find_cell(Cells& all, long key) -> decltype(&all[0])
   return it != all.end() && it->key == key ? &*it : nullptr;
 }
 
-// A cell that is not full, and holds less than half of each domain in it, opens with the cell that holds the
-// largest part: its nodes follow those of that cell (3.11), or the domain averages over both. Then main is
-// the key of that cell, else the key of the cell itself
-void join_slivers(int dim, std::vector<CellSum>& all)
+// does cell c, not full, lie at a face of another one, and fill it as far across as that one does?
+bool flush(const Grid& g, int dim, const CellSum& c, const CellSum& to)
+{
+  const double TOL = 0.05;             // of a cell
+  int at[3], beside[3], apart = 0;
+  cell_of_key(g, dim, c.key, at);
+  cell_of_key(g, dim, to.key, beside);
+  bool full = true, same = true;
+  for (int i = 0; i < dim; ++i) {
+    full = full && c.fill.hi[i] - c.fill.lo[i] > 1.0 - TOUCHES;
+    apart += std::abs(at[i] - beside[i]);
+    if (at[i] == beside[i])
+      same = same && std::fabs(c.fill.lo[i] - to.fill.lo[i]) < TOL &&
+             std::fabs(c.fill.hi[i] - to.fill.hi[i]) < TOL;
+  }
+  return !full && apart == 1 && same;
+}
+
+// A cell with less than half of each domain in it opens with the cell beside it that holds the largest part:
+// its nodes follow those of that cell (3.11), or the domain averages over both. Then main is the key of that
+// cell, else the key of the cell itself
+void join_slivers(const Grid& g, int dim, std::vector<CellSum>& all)
 {
   std::vector<const CellSum*> sliver;
   for (CellSum& c : all) {
-    bool full = true;
-    for (int i = 0; i < dim; ++i) full = full && c.fill.hi[i] - c.fill.lo[i] > 1.0 - TOUCHES;
-    const CellSum* main = full || c.most > 0.5 - TOUCHES ? nullptr : find_cell(all, c.main);
-    if (main && main->most > 0.5 - TOUCHES) sliver.push_back(&c);
+    const CellSum* main = c.most > 0.5 - TOUCHES ? nullptr : find_cell(all, c.main);
+    if (main && main->most > 0.5 - TOUCHES && flush(g, dim, c, *main)) sliver.push_back(&c);
     else c.main = c.key;
   }
   for (const CellSum* c : sliver) {
@@ -418,7 +434,7 @@ std::vector<CellSum> cell_strains(const Model& m, const Points& pts, const Point
     }
   }
   sum_cells(all);
-  join_slivers(m.dim, all);
+  join_slivers(m.grid, m.dim, all);
   open_faces(m, all);
   return all;
 }
