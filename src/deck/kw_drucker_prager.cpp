@@ -5,14 +5,14 @@
 
 namespace {
 
-const Limit angle = from_to(0.0, 71.5);
+const Limit cone_angle = from_to(0.0, 71.5);
 
 // friction angle, flow stress ratio, dilation angle
-void read_line(Card& card, Material& m)
+void read_straight(Card& card, Material& m)
 {
-  const double friction = card_real(card, "friction angle", angle);
+  const double friction = card_real(card, "friction angle", cone_angle);
   const double ratio    = card_real_or(card, "flow stress ratio", 1.0, above(0.0));
-  const double dilation = card_real_or(card, "dilation angle", 0.0, angle);
+  const double dilation = card_real_or(card, "dilation angle", 0.0, cone_angle);
   if (!card_good(card)) return;
   if (ratio != 1.0)
     card_error(card, card.field[1], "the flow stress ratio must be 1: the yield surface is circular");
@@ -33,7 +33,7 @@ void read_curve(Card& card, Material& m)
   if (!third.empty())
     card_error(card, third,
                "the third field of SHEAR CRITERION=EXPONENT FORM is empty: a, b, , dilation angle");
-  const double dilation = card_real_or(card, "dilation angle", 0.0, angle);
+  const double dilation = card_real_or(card, "dilation angle", 0.0, cone_angle);
   if (!card_good(card)) return;
   m.friction = 1.0 / a;
   m.exponent = b;
@@ -58,7 +58,7 @@ void kw_drucker_prager(Card& card, Model& model)
                    (curved ? "a, b, (empty), dilation angle" : "friction angle, ratio, dilation angle"));
     return;
   }
-  (curved ? read_curve : read_line)(card, m);
+  (curved ? read_curve : read_straight)(card, m);
   if (card_more(card)) card_real(card, "temperature", any_number());
   m.law = LAW_DRUCKER_PRAGER;
 }

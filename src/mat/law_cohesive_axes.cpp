@@ -25,7 +25,7 @@ using Mat3 = Eigen::Matrix3d;
 const double EQUAL = 1e-9;
 // stress off equilibrium, relative to that without cracks; sweeps over the axes, few where the openings are
 // unique  (no test)
-const double ROUND   = 1e-14;
+const double AXES_ROUND = 1e-14;
 const int MAX_SWEEPS = 200;
 
 struct Axes {
@@ -206,8 +206,8 @@ void open_all(const CrackLaw& c, Axes& a)
   for (int i = 0; i < a.n; ++i) size = std::max(size, std::fabs(a.t[i]));
   for (int it = 0; it < MAX_SWEEPS; ++it) {
     sweep(c, a);
-    while (imbalance(c, a) > ROUND * size && correct(c, a)) continue;
-    if (imbalance(c, a) <= ROUND * size) return;
+    while (imbalance(c, a) > AXES_ROUND * size && correct(c, a)) continue;
+    if (imbalance(c, a) <= AXES_ROUND * size) return;
   }
 }
 
