@@ -93,6 +93,9 @@ void elem_history(const Elements& el, const Level& l0, Level& l1, int e, History
 // elem_cracked : has a cohesive crack begun to open at a Gauss point of element e?
 inline bool elem_cracked(const Level& l, int e) { return !l.cracked.empty() && l.cracked[e]; }
 
+// elem_main_crack : normal of the widest cohesive crack at the Gauss points of element e; null: none  [3]
+const double* elem_main_crack(const Elements& el, const Level& l, int e);
+
 // elem_whole : element e is intact, and no cohesive crack has begun to open in it
 inline bool elem_whole(const Elements& el, const Level& l, int e)
 {

@@ -57,6 +57,20 @@ void mean_normal(const MatLaw& law, const HistoryStep* h, int n, double* mean)
 
 }  // namespace
 
+const double* elem_main_crack(const Elements& el, const Level& l, int e)
+{
+  const MatLaw& law  = el.block[el.initial_block[e]].law;
+  const double* main = nullptr;
+  double most = 0.0;
+  for (int g = el.gauss_of[e]; g < el.gauss_of[e + 1]; ++g) {
+    const double* h = history_at(l.he, el.history, g);
+    if (crack_opening(law, h) <= most) continue;
+    most = crack_opening(law, h);
+    main = crack_normal(law, h);
+  }
+  return main;
+}
+
 void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h)
 {
   for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1]; ++k)

@@ -526,15 +526,19 @@ bool opens(const Model& m)
                      [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; });
 }
 
-// COHESIVE: no traction at all Gauss points
+// COHESIVE: no traction at all Gauss points along one axis
 void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
 {
   if (!elem_cracked(s.l, e)) return;
   const double end  = crack_open(crack_of(s.def(e)));
   const MatLaw& law = s.el.block[s.el.initial_block[e]].law;
-  double least = 1e300;
-  for (int g = s.el.gauss_of[e]; g < s.el.gauss_of[e + 1]; ++g)
-    least = std::min(least, crack_opening(law, history_at(s.l.he, s.el.history, g)) / end);
+  const double* main = elem_main_crack(s.el, s.l, e);
+  double least = 1e300, k;
+  for (int g = s.el.gauss_of[e]; g < s.el.gauss_of[e + 1] && main; ++g) {
+    crack_normal_like(law, history_at(s.l.he, s.el.history, g), main, &k);
+    least = std::min(least, k / end);
+  }
+  if (!main) return;
   const double none[3] = {0, 0, 0};
   if (least >= 1.0) out.push_back(candidate(s, e, least, least, none));
 }
@@ -825,13 +829,15 @@ double value_of(Scan s, int e, double part)
   return estimate(s, e, J) / s.fm.gc[e];
 }
 
-// the mean normal of the Gauss points, oriented as the first one
+// the mean normal of the cracks at the Gauss points that are nearest to the widest of the element, oriented
+// as the first one
 void mean_normal(const Scan& s, int e, double* N)
 {
-  const MatLaw& law = s.el.block[s.el.initial_block[e]].law;
-  double sum[3] = {0, 0, 0}, size = 0.0;
+  const MatLaw& law  = s.el.block[s.el.initial_block[e]].law;
+  const double* main = elem_main_crack(s.el, s.l, e);
+  double sum[3] = {0, 0, 0}, size = 0.0, k;
   for (int g = s.el.gauss_of[e]; g < s.el.gauss_of[e + 1]; ++g) {
-    const double* n   = crack_normal(law, history_at(s.l.he, s.el.history, g));
+    const double* n   = crack_normal_like(law, history_at(s.l.he, s.el.history, g), main, &k);
     const double side = n[0] * sum[0] + n[1] * sum[1] + n[2] * sum[2] < 0.0 ? -1.0 : 1.0;
     for (int i = 0; i < 3; ++i) sum[i] += side * n[i];
   }

@@ -143,6 +143,24 @@ struct Ahead {
   double along, volume, pull, shear, apart;
 };
 
+// End of the line ahead of a tip: where its mean tension over a slice of h turns to pressure. In mode II
+// tension on one side of the line and pressure on the other cancel
+double line_end(const std::vector<Ahead>& line, double h)
+{
+  const double PRESSED = 0.1;          // of the shear, pressure that counts  (test: fracture/dcb_rotations)
+  for (int slice = 0; slice < 3; ++slice) {
+    double pull = 0.0, shear = 0.0;
+    for (const Ahead& a : line) {
+      if (a.along < (1 + slice) * h || a.along >= (2 + slice) * h) continue;
+      pull += a.volume * a.pull;
+      shear += a.volume * a.shear;
+    }
+    if (pull >= -PRESSED * std::fabs(shear)) continue;
+    return slice == 0 ? 1e300 : (1 + slice) * h;
+  }
+  return 1e300;
+}
+
 }  // namespace
 
 // K_II/K_I: shear over tension on the line ahead, independent of stress along the crack; 1e3 with the sign of
@@ -167,13 +185,8 @@ void modes_ahead(const Scan& s, int e, Tip& t)
     const double pull = p[1] * d[0] - p[0] * d[1];
     line.push_back({along, s.fm.volume[o], pull, p[0] * d[0] + p[1] * d[1], S[0] + S[3] - 2.0 * pull});
   });
-  const auto nearest = std::min_element(line.begin(), line.end(), [](const Ahead& a, const Ahead& b) {
-    return a.along < b.along;
-  });
-  double end = 1e300, normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
-  if (nearest != line.end() && nearest->pull > 0.0)
-    for (const Ahead& a : line)
-      if (a.pull <= 0.0) end = std::min(end, a.along);
+  const double end = line_end(line, s.fm.local[e]);
+  double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
   for (const Ahead& a : line) {
     if (a.along >= end) continue;
     volume += a.volume;

@@ -348,10 +348,13 @@ double cut_area(const Tracker& t, int e, int node)
   return sum;
 }
 
-// the start along d with its flank on one side; on an edge the first element is that of the flank
-Start start_on(const Tracker& t, int node, const double* d, int side)
+// the start along d with its flank on one side; on an edge the first element is that of the flank. Sides are
+// those of angles from the middle of the material: at the end of a slit it spans 360 degrees
+Start start_on(const Tracker& t, const Corner& c, const double* d, int side)
 {
+  const int node = c.node;
   const double ROUND = side * 1e-6, to[2] = {d[0] - ROUND * d[1], d[1] + ROUND * d[0]};        // angle
+  const auto turned = [&](const double* x) { return std::atan2(cross(c.into, x), dot(c.into, x)); };
   Start s;
   s.side = side;
   for (int k = 0; k < t.fm.of_node.count(node); ++k) {
@@ -363,7 +366,7 @@ Start start_on(const Tracker& t, int node, const double* d, int side)
     if (cross(a, to) >= 0.0 && cross(to, b) > 0.0) {
       s.ahead = e;
       s.angle += std::fabs(std::atan2(cross(d, side > 0 ? b : a), dot(d, side > 0 ? b : a)));
-    } else if (side * cross(to, middle) > 0.0) {
+    } else if (side * (turned(middle) - turned(to)) > 0.0) {
       s.flank.push_back(e);
       s.angle += std::atan2(cross(a, b), dot(a, b));
       s.area += cut_area(t, e, node);
@@ -418,14 +421,14 @@ bool start_at(Tracker& t, int root, const Corner& c)
   const double* X = &t.m.mesh.X[3 * static_cast<size_t>(c.node)];
   const double angle = std::atan2(c.into[1], c.into[0]) + turn_wanted(t, root, X, c.into);
   const double d[2]  = {std::cos(angle), std::sin(angle)};
-  const Start s = better_start(start_on(t, c.node, d, 1), start_on(t, c.node, d, -1));
+  const Start s = better_start(start_on(t, c, d, 1), start_on(t, c, d, -1));
   if (s.ahead < 0 || !tracks(t, s.ahead) || !(intact(t, s.ahead) || begun(t, s.ahead))) return false;
   undo(t, X, reach(t, root));
   const double off = 1e-6 * s.side * t.fm.size[s.ahead];       // the node is on one side of the line
   t.fr.tip.insert(t.fr.tip.end(), {X[0] - off * d[1], X[1] + off * d[0], d[0], d[1]});
   t.fr.tip_elem.push_back(s.ahead);
   for (int e : s.flank) {
-    if (!tracks(t, e)) continue;
+    if (!tracks(t, e) || !intact(t, e)) continue;
     t.fr.tracked[e] = BESIDE;
     mark_flank(t, e, c.node);
   }

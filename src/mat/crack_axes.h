@@ -36,6 +36,6 @@ void crack_subtract(const MatLaw& law, const Eigen::Vector3d& N, const Eigen::Ve
 //        out          of the intact law at this strain
 //   out  h_np1, out   of the cracked one
 // ---------------------------------------------------------------------------
-void law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool tangent, LawOutput& out);
+bool law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool tangent, LawOutput& out);
 
 #endif

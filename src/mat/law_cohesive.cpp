@@ -478,10 +478,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   law_svk(law, finite, E, nullptr, nullptr, tangent, out);
   std::copy_n(h_n, CRACK_SIZE * CRACK_AXES, h_np1);
   if (h_n[CRACK_WIDTH] < 0.0) return law_line(law, h_n, h_np1, tangent, out);
-  if (h_n[CRACK_SIZE + CRACK_OPENING] > 0.0) {
-    law_cohesive_axes(law, h_n, h_np1, tangent, out);
-    return true;
-  }
+  if (h_n[CRACK_SIZE + CRACK_OPENING] > 0.0) return law_cohesive_axes(law, h_n, h_np1, tangent, out);
   Opening o;
   const double limit = h_n[CRACK_WIDTH] == 0.0 ? crack_strength(c) : 0.0;
   o.t = largest_stress(c, out.S, limit);
@@ -493,10 +490,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   const double part = 1.0 - law.c;
   double R[6];
   crack_stress(law, o.N, o.w / o.width * o.N, R);
-  if (another_opens(c, out.S, R, o)) {
-    law_cohesive_axes(law, h_n, h_np1, tangent, out);
-    return true;
-  }
+  if (another_opens(c, out.S, R, o)) return law_cohesive_axes(law, h_n, h_np1, tangent, out);
   for (int i = 0; i < 6; ++i) out.S[i] -= part * R[i];
   double released = released_energy(o);
   out.dissipated  = (dissipated_to(c, o.k) - dissipated_to(c, h_n[CRACK_OPENING])) / o.width;

@@ -26,6 +26,11 @@ const double EQUAL = 1e-9;
 // stress off equilibrium, relative to that without cracks; sweeps over the axes, few where the openings are
 // unique  (no test)
 const double AXES_ROUND = 1e-14;
+// the same after MAX_SWEEPS, beyond which the increment is cut  (no test)
+const double AXES_TOL = 1e-8;
+// tangent: largest change of a shear modulus, relative to itself, where two cracked axes have almost the same
+// stress  (no test)
+const double MAX_SHARE = 10.0;
 const int MAX_SWEEPS = 200;
 
 struct Axes {
@@ -199,16 +204,17 @@ bool correct(const CrackLaw& c, Axes& a)
   return true;
 }
 
-// (2.36e): corrections of Newton's method, and sweeps where they fail
-void open_all(const CrackLaw& c, Axes& a)
+// (2.36e): corrections of Newton's method, and sweeps where they fail. false: not found
+bool open_all(const CrackLaw& c, Axes& a)
 {
   double size = 0.0;
   for (int i = 0; i < a.n; ++i) size = std::max(size, std::fabs(a.t[i]));
   for (int it = 0; it < MAX_SWEEPS; ++it) {
     sweep(c, a);
     while (imbalance(c, a) > AXES_ROUND * size && correct(c, a)) continue;
-    if (imbalance(c, a) <= AXES_ROUND * size) return;
+    if (imbalance(c, a) <= AXES_ROUND * size) return true;
   }
+  return imbalance(c, a) <= AXES_TOL * size;
 }
 
 // energy / volume of the strain without cracks, minus the stored energy
@@ -280,7 +286,8 @@ void soften(const MatLaw& law, const Axes& a, double part, double* D)
     for (int j = 0; j < i; ++j) {
       const double dt = a.t[i] - a.t[j], size = std::max(std::fabs(a.t[i]), std::fabs(a.t[j]));
       if (std::fabs(dt) <= EQUAL * size) continue;
-      const double share = 2.0 * (a.x(i) - a.x(j)) / dt;
+      const double most  = MAX_SHARE / law.mu,
+                   share = std::clamp(2.0 * (a.x(i) - a.x(j)) / dt, -most, most);
       if (!secant || share < 0.0) crack_subtract(law, a.o[i].N, a.o[j].N, part * share, D);
     }
 }
@@ -295,32 +302,34 @@ void release(const MatLaw& law, const Axes& a, double part, double* S)
   }
 }
 
+// open cracks first: those of t(n), which come first, stay open
 void keep(const Axes& a, double* h)
 {
+  double* crack = h;
   for (int i = 0; i < a.n; ++i) {
-    double* crack = h + CRACK_SIZE * i;
     if (a.o[i].k == 0.0) continue;
     std::copy_n(a.o[i].N.data(), 3, crack + CRACK_NORMAL);
     crack[CRACK_WIDTH]   = a.o[i].width;
     crack[CRACK_OPENING] = a.o[i].k;
+    crack += CRACK_SIZE;
   }
 }
 
 }  // namespace
 
-void law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool tangent, LawOutput& out)
+bool law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool tangent, LawOutput& out)
 {
   const CrackLaw& c = law.crack;
   const double part = 1.0 - law.c;
   Axes a = find_axes(law, out.S, h_n);
-  open_all(c, a);
+  if (!open_all(c, a)) return false;
   release(law, a, part, out.S);
   double released = released_energy(a);
   out.dissipated  = dissipated_by(c, a);
   Axes next = a;
   if (next_widths(c, next)) {                          // the change of energy is dissipated
     for (int i = 0; i < a.n; ++i) next.k0[i] = a.o[i].k;
-    open_all(c, next);
+    if (!open_all(c, next)) return false;
     out.dissipated += released_energy(next) - released;
     released = released_energy(next);
     bool grows = false;
@@ -335,4 +344,5 @@ void law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool
   out.psi -= part * released;
   out.dissipated *= part;
   if (tangent) soften(law, a, part, out.D);
+  return true;
 }

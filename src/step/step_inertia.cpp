@@ -303,7 +303,7 @@ void put_reactions(Problem& p, const RealVec& acc, const RealVec& f)
   RealVec R(s.rows.neq(), 0.0);
   for (int i = 0; i < s.rows.nfe * dim; ++i) R[i] = s.mass.lumped[i / dim] * acc[i] - f[i];
   tie_force(s, R);
-  p.st.rf.assign(p.st.n.u.size(), 0.0);
+  p.st.rf.resize(p.st.n.u.size(), 0.0);              // nodes without a row: of their corners
   for (int i = 0; i < s.rows.nfe * dim; ++i)
     if (s.bound.fixed[i] == DOF_FIXED) p.st.rf[s.rows.node_of_row[i / dim] * dim + i % dim] = R[i];
 }
@@ -373,6 +373,7 @@ Failure accelerations_at_start(Problem& p, Attempt& a)
   }
   step_grid_friction(p, f, a.vgrid, 0.5 * a.dt, a.agrid);
   put_accelerations(p, a.agrid);
+  put_reactions(p, a.agrid, f);
   p.st.ledger.leap_grid = step_leap_of_grid(p, a.agrid);
   return failure;
 }
