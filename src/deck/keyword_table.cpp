@@ -86,7 +86,7 @@ const Keyword keyword_table[] = {
     {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "TYPE|AMPLITUDE|OP|TIME DELAY",
      "prescribed displacements or velocities of nodes"},
     {"BULK VISCOSITY", kw_bulk_viscosity, IN_STEP, "",
-     "volumetric damping in explicit steps, against oscillations behind shock fronts"},
+     "volumetric damping in motion, against oscillations behind shock fronts"},
     {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE",
      "expected value, its tolerance and its source"},
     {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "forces on nodes"},

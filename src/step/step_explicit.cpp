@@ -259,10 +259,24 @@ double work_of_planes(const Dofs& s, const Attempt& a, const RealVec& f, const R
   return work;
 }
 
-// acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes
-//   in   force0   as of work_of_planes                                                          (6.47)
-Failure accelerate_grid(const Dofs& s, const RealVec& force0, Attempt& a)
+// loads less internal forces at t(n) of the rows of the grid: of the last increment, or those from which its
+// accelerations started anew
+RealVec force_before(const Problem& p, const Attempt& a)
 {
+  const int first = p.dofs.rows.nfe * p.dofs.rows.dim;
+  RealVec f;
+  for (size_t i = first; i < a.fint0.size(); ++i) f.push_back(a.fext0[i] - a.fint0[i]);
+  const GridVelocity& grid = p.newton.grid;
+  const size_t rows = p.dofs.rows.neq() - first;
+  if (f.empty() && grid.f.size() >= rows) f.assign(grid.f.end() - static_cast<long>(rows), grid.f.end());
+  return f;
+}
+
+// acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes
+//                                                                                               (6.47)
+Failure accelerate_grid(const Problem& p, Attempt& a)
+{
+  const Dofs& s   = p.dofs;
   const int first = s.rows.nfe * s.rows.dim;
   RealVec f(s.rows.neq(), 0.0), Ma;
   a.acc.assign(s.rows.neq(), 0.0);
@@ -290,23 +304,10 @@ Failure accelerate_grid(const Dofs& s, const RealVec& force0, Attempt& a)
     sum += a.acc[i];
     if (s.rows.counts(i)) work += 0.5 * (a.fext0[i] + a.fext[i]) * a.du[i];
   }
-  if (held && !dof_all(s, still)) work += work_of_planes(s, a, f, force0);
+  if (held && !dof_all(s, still)) work += work_of_planes(s, a, f, force_before(p, a));
   a.work += work;
   a.leap_grid = leap_of_grid(s, a.acc, f);
   return dof_all(s, std::isfinite(sum)) ? Status(STATUS_OK) : BAD_NUMBER;
-}
-
-// loads less internal forces at t(n) of the rows of the grid: of the last increment, or those from which its
-// accelerations started anew
-RealVec force_before(const Problem& p, const Attempt& a)
-{
-  const int first = p.dofs.rows.nfe * p.dofs.rows.dim;
-  RealVec f;
-  for (size_t i = first; i < a.fint0.size(); ++i) f.push_back(a.fext0[i] - a.fint0[i]);
-  const GridVelocity& grid = p.newton.grid;
-  const size_t rows = p.dofs.rows.neq() - first;
-  if (f.empty() && grid.f.size() >= rows) f.assign(grid.f.end() - static_cast<long>(rows), grid.f.end());
-  return f;
 }
 
 Failure explicit_nodes(Problem& p, Attempt& a)
@@ -324,7 +325,7 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   if (failure.ok()) {
     const bool finite = plane ? accelerate_nodes<2>(s, st.rf, st.n, a, st.np1)
                               : accelerate_nodes<3>(s, st.rf, st.n, a, st.np1);
-    if (on_grid) failure = accelerate_grid(s, force_before(p, a), a);
+    if (on_grid) failure = accelerate_grid(p, a);
     if (!sum_work(p, finite, a)) return BAD_NUMBER;
   }
   st.log.iterations = 1;

@@ -438,7 +438,7 @@ void open_bands(Problem& p)
   const int came  = point_bands(p.m, st.points, st.n, st.laid.uc, p.d.point_law);
   if (came == 0 || !p.warned.insert("points came into open cells").second) return;
   log_warn("time %.8g: %d material points begin to crack in grid cells whose crack is open: their body "
-           "moves through the grid while it cracks, or E Gc/ft^2 is less than five cells; the crack "
+           "moves through the grid while it cracks, or E Gc/ft^2 is less than three cells; the crack "
            "dissipates 0.7 to 1.3 times the toughness. Use smaller cells, or elements",
            st.n.time, came);
 }
