@@ -30,19 +30,27 @@ Status form(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode
   return STATUS_OK;
 }
 
+// normal of the widest cohesive crack at n points with the histories of(g), null: none               [3]
+template <class Of>
+const double* widest_crack(const MatLaw& law, int n, Of of)
+{
+  double most = 0.0;
+  const double* main = nullptr;
+  for (int g = 0; g < n; ++g) {
+    const double opening = crack_opening(law, of(g));
+    if (opening <= most) continue;
+    most = opening;
+    main = crack_normal(law, of(g));
+  }
+  return main;
+}
+
 // mean normal of the cohesive cracks at the n points of an element, weighted by their openings; 0: none  [3].
 // Of several at a point that which is nearest to the widest of the element
 void mean_normal(const MatLaw& law, const HistoryStep* h, int n, double* mean)
 {
   std::fill_n(mean, 3, 0.0);
-  double most = 0.0;
-  const double* main = nullptr;
-  for (int g = 0; g < n; ++g) {
-    const double opening = crack_opening(law, h[g].n);
-    if (opening <= most) continue;
-    most = opening;
-    main = crack_normal(law, h[g].n);
-  }
+  const double* main = widest_crack(law, n, [&](int g) { return h[g].n; });
   if (!main) return;
   for (int g = 0; g < n; ++g) {
     double opening;
@@ -59,16 +67,9 @@ void mean_normal(const MatLaw& law, const HistoryStep* h, int n, double* mean)
 
 const double* elem_main_crack(const Elements& el, const Level& l, int e)
 {
-  const MatLaw& law  = el.block[el.initial_block[e]].law;
-  const double* main = nullptr;
-  double most = 0.0;
-  for (int g = el.gauss_of[e]; g < el.gauss_of[e + 1]; ++g) {
-    const double* h = history_at(l.he, el.history, g);
-    if (crack_opening(law, h) <= most) continue;
-    most = crack_opening(law, h);
-    main = crack_normal(law, h);
-  }
-  return main;
+  const int first = el.gauss_of[e], n = el.gauss_of[e + 1] - first;
+  return widest_crack(el.block[el.initial_block[e]].law, n,
+                      [&](int g) { return history_at(l.he, el.history, first + g); });
 }
 
 void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h)

@@ -198,10 +198,10 @@ double crack_strain(const Model& m, const Points& pts, const PointLaws& law, con
 }
 
 // box of what a cell holds, in cells
-struct CellBoxFill {
+struct FilledBox {
   double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
 
-  void add(const CellBoxFill& f)
+  void add(const FilledBox& f)
   {
     for (int i = 0; i < 3; ++i) {
       lo[i] = std::min(lo[i], f.lo[i]);
@@ -215,7 +215,7 @@ struct CellBoxFill {
 struct CellSum {
   long key;
   double weight = 0.0, strain = 0.0, opening[6] = {};
-  CellBoxFill fill, opens;        // what all points fill of it; those that open, or lie in it as a whole
+  FilledBox fill, opens;        // what all points fill of it; those that open, or lie in it as a whole
   bool crossed[3][2] = {};     // does another point lie across this face, axis and side?
   double most = 0.0;           // largest part of a domain in it
   long main   = -1;            // cell with the largest part of this domain; see join_slivers
@@ -370,9 +370,9 @@ void list_cells(const Grid& g, int dim, long key, std::vector<CellSum>& list)
 }
 
 // what point p fills of a cell; its part k of d
-CellBoxFill filled(const Grid& g, int dim, const DomainCells& d, int k)
+FilledBox filled(const Grid& g, int dim, const DomainCells& d, int k)
 {
-  CellBoxFill f;
+  FilledBox f;
   int at[3];
   cell_of_key(g, dim, d.key[k], at);
   for (int i = 0; i < dim; ++i) {
