@@ -151,18 +151,16 @@ struct BulkOfPoint {
   double force = 0.0, slope = 0.0, loss = 0.0;
 };
 
-// Energy-momentum, cohesive: bulk viscosity of point p; false: none, its crack opens                  (6.49)
-
+// Energy-momentum, cohesive: bulk viscosity of point p, gradients H0, H1 at both ends; false: none, its crack
+// opens                                                                                            (6.49)
 template <int D>
 bool bulk_of_point(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
-                   const Level& l0, Level& l1, int p, double* cof, BulkOfPoint& out)
+                   const Level& l0, Level& l1, int p, const double* H0, const double* H1, double* cof,
+                   BulkOfPoint& out)
 {
   const MatLaw& of_body = law.body[pts.body[p]];
   if (!mode.bulk || !mode.mid || !law_opens(of_body.kind) || pts.eroded(p)) return false;
   if (crack_opening(of_body, history_of(law, l0, l1, p).n) > 0.0) return false;
-  double H0[D * D], H1[D * D];
-  gradient<D>(pts, l0.uc, p, H0);
-  gradient<D>(pts, l1.uc, p, H1);
   const MatLaw of = law_now(m, pts, of_body, l0, CRACK_TANGENT, p, 1.0);
   const double density = of.material->density, c = std::sqrt((of.lam + 2.0 * of.mu) / density),
                size    = *std::min_element(of.crack.box, of.crack.box + D) + c * mode.bulk->dt;
@@ -416,7 +414,7 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
     else if (law_opens(law.body[pts.body[p]].kind)) history_of(law, l0, l1, p).np1[law.viscous] = 0.0;
     double cof[D * D], rows[8 * D];
     BulkOfPoint q;
-    if (bulk_of_point<D>(m, pts, law, mode, l0, l1, p, cof, q)) {
+    if (bulk_of_point<D>(m, pts, law, mode, l0, l1, p, H0, H1, cof, q)) {
       bulk_rows<D>(cof, pts.G(p), pts.conn.count(p), rows);
       for (int i = 0; i < pts.conn.count(p) * D; ++i) re[i] += q.force * rows[i];
     }
@@ -529,7 +527,7 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
   ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, ke);
   double cof[D * D];
   BulkOfPoint q;
-  if (bulk_of_point<D>(m, pts, law, mode, l0, l1, p, cof, q)) {
+  if (bulk_of_point<D>(m, pts, law, mode, l0, l1, p, H0, H1, cof, q)) {
     work.resize(static_cast<size_t>(n) * D);
     bulk_rows<D>(cof, dS, n, work.data());
     bulk_tangent<D>(q.slope, work.data(), n, ke);
@@ -756,16 +754,30 @@ double point_energy(const Model& m, const Points& pts, const Level& l, const Int
   return m.dim == 2 ? energy<2>(m, pts, l, owned) : energy<3>(m, pts, l, owned);
 }
 
+namespace {
+
+template <int D>
+double bulk_loss(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                 const Level& l0, Level& l1, const IntVec& owned)
+{
+  double sum = 0.0, H0[D * D], H1[D * D], cof[D * D];
+  BulkOfPoint q;
+  for (int p : owned) {
+    if (!law_opens(law.body[pts.body[p]].kind)) continue;
+    gradient<D>(pts, l0.uc, p, H0);
+    gradient<D>(pts, l1.uc, p, H1);
+    if (bulk_of_point<D>(m, pts, law, mode, l0, l1, p, H0, H1, cof, q)) sum += q.loss;
+  }
+  return sum;
+}
+
+}  // namespace
+
 double point_bulk_loss(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
                        const Level& l0, Level& l1, const IntVec& owned)
 {
-  double sum = 0.0, cof[9];
-  BulkOfPoint q;
-  for (int p : owned)
-    if (m.dim == 2 ? bulk_of_point<2>(m, pts, law, mode, l0, l1, p, cof, q)
-                   : bulk_of_point<3>(m, pts, law, mode, l0, l1, p, cof, q))
-      sum += q.loss;
-  return sum;
+  return m.dim == 2 ? bulk_loss<2>(m, pts, law, mode, l0, l1, owned)
+                    : bulk_loss<3>(m, pts, law, mode, l0, l1, owned);
 }
 
 double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, const Level& l0, const Level& l1,
