@@ -31,6 +31,8 @@ void kw_elastic(Card& card, Model& model)
   if (m.has_elastic)
     card_warn(card, card.head.at, "material " + m.name + " has an *ELASTIC already; this one replaces it");
   m.has_elastic = true;
+  m.elastic.clear();
+  if (m.law == LAW_ORTHO) m.law = LAW_SVK;
   if (card_param_word(card, "TYPE", "ISOTROPIC|ISO|ENGINEERING CONSTANTS", 0) == 2)
     return read_engineering(card, m);
   m.young   = card_real(card, "young",   above(0.0));

@@ -23,7 +23,7 @@ int rotated_material(Deck& d, Model& m, int k, const Field& orientation)
                "orientation " + text_show(orientation.text) + " is not defined (*ORIENTATION)");
     return k;
   }
-  if (m.material[k].law != LAW_ORTHO) return k;      // isotropic
+  if (m.material[k].elastic.empty()) return k;       // isotropic, or constants that were refused
   Material rotated = m.material[k];
   rotated.name += " in " + found->first;
   for (std::size_t i = 0; i < m.material.size(); ++i)
