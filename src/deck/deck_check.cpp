@@ -150,7 +150,10 @@ void check_element(Deck& d, const Model& m, int e)
     text = text_format(dim == 3 ? "element %d is inside out; write its nodes in this order:"
                                 : "the nodes of element %d run clockwise; write them counter-clockwise:",
                        label) +
-           reversed_nodes(m, shape, node) + (quadratic ? " (corners), midside nodes accordingly" : "");
+           reversed_nodes(m, shape, node) + (quadratic ? " (corners), midside nodes accordingly" : "") +
+           (dim == 2 && std::string(keyword_of(d, e)) == "ELEMENT"
+                ? ". In gmsh ReverseMesh Surface {n}; turns the elements of surface n, tools/msh2inp all"
+                : "");
   } else if (positive + negative == 0) {
     text = text_format(dim == 3 ? "element %d has no volume; its nodes are coplanar or coincide"
                                 : "element %d has no area; its nodes are collinear or coincide",
