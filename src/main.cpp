@@ -163,7 +163,8 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, s
   bool good = true;
   log_repeat(true);
   if (comm_rank() == 0)
-    good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash &&
+    good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash && m.step.size() == old.step.size() &&
+           m.step.back().hash == old.step.back().hash &&
            m.output.history.size() == old.output.history.size();
   law_place_initial(m);
   log_repeat(false);

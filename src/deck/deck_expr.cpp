@@ -154,6 +154,7 @@ bool deck_scalar(Deck& d, const Field& at, int offset, const std::string& text, 
     return false;
   }
   value = v;
+  if (d.hashing) deck_hash(d, text_format("%.17g", v));
   return true;
 }
 
@@ -167,6 +168,8 @@ bool deck_function(Deck& d, const Field& at, const std::string& text, Expr& out)
   if (!names_are_known(d, at, 1, text, true)) return false;
   if (!expr_compile(text, d.params.value, out, error, position))
     return report(d, at, 1, text, error, position, 1), false;
+  for (const auto& constant : expr_constants(out))
+    if (d.hashing) deck_hash(d, constant.first + text_format("=%.17g", constant.second));
   return true;
 }
 

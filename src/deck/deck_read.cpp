@@ -108,23 +108,32 @@ bool keyword_allowed(Card& c, const Model& m)
   return false;
 }
 
-// adds keyword and parameters to the hash by which a restart file is matched to its deck; keywords of output
-// and of solution control are left out, and the limit of increments
+// adds keyword and parameters to the hash by which a restart file is matched to its deck. Keywords of output
+// and of solution control are left out, and the limit of increments; a *PARAMETER counts where it is used.
+// Columns and checks are those of the whole run wherever they stand
 void hash_card(Deck& d, const Card& c)
 {
   const std::vector<std::string> excluded = split_words(
       "CONTACT FILE|CONTACT PRINT|EL FILE|EL PRINT|FRAGMENTS|HEADING|NEWTON|"
-      "NODE FILE|NODE PRINT|RESTART|SOLVER|VTK");
-  d.hashing = std::find(excluded.begin(), excluded.end(), c.head.word) == excluded.end();
+      "NODE FILE|NODE PRINT|PARAMETER|RESTART|SOLVER|VTK");
+  const auto listed = [&](const std::vector<std::string>& words) {
+    return std::find(words.begin(), words.end(), c.head.word) != words.end();
+  };
+  d.hashing   = !listed(excluded);
+  d.hash_step = (d.open.step || c.head.word == "STEP") && !listed({"CHECK", "HISTORY"});
   if (!d.hashing) return;
   deck_hash(d, c.head.word);
   for (const HeadParam& p : c.head.param)
     if (c.head.word != "STEP" || p.name != "INC") deck_hash(d, p.name + "=" + p.value.text);
 }
 
-void hash_parameters(Deck& d)
+// explicit steps change masses and elements of the whole model
+void hash_schemes(Deck& d, const Model& m)
 {
-  for (const auto& p : d.params.value) deck_hash(d, p.first + text_format("=%.17g", p.second));
+  d.hash_step = false;
+  const bool any = std::any_of(m.step.begin(), m.step.end(),
+                               [](const Step& s) { return s.explicit_steps(); });
+  deck_hash(d, any ? "explicit" : "implicit");
 }
 
 void read_card(Deck& d, Model& m)
@@ -219,9 +228,9 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   if (d.messages.errors == 0) tie_resolve(d, m);
   warn_unused_defines(d);
   deck_check(d, m);
-  hash_parameters(d);
+  hash_schemes(d, m);
   m.notes.param  = d.params.value;
-  m.hash         = d.hash;
+  m.hash         = d.hash[0];
   m.notes.passed = ignored_text(d);
 }
 

@@ -178,8 +178,9 @@ struct Deck {
   std::map<std::string, int> passed;               // ignored keywords and their counts
   std::string parts;           // instances of *PART, for the listing
 
-  std::uint64_t hash = hash_start;   // of the lines read so far
+  std::uint64_t hash[2] = {hash_start, hash_start};  // of the lines read so far: outside steps, in steps
   bool hashing = false;        // the open card enters the hash
+  bool hash_step = false;      // that of the steps
 
   Parameters params;
   Dimension dimension;

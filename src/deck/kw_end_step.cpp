@@ -6,6 +6,7 @@ void kw_end_step(Card& card, Model& model)
   Deck& d = *card.deck;
   Step& s = model.step.back();
   d.open.step = false;
+  s.hash      = d.hash[1];
   if (!d.open.procedure)
     card_error(card, card.head.at, "this step has no procedure; write *STATIC or *DYNAMIC after *STEP");
   if (model.step.size() > 1)

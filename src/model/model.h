@@ -523,6 +523,7 @@ struct Step {
   IntVec equation;             // indices into Model::equation, active in this step
   std::vector<ModelChange> change;     // at the start of the step
   DeckLine deck_line;
+  std::uint64_t hash = 0;      // of the cards of this step and of those before, without output requests
   bool explicit_steps() const { return proc == PROC_DYNAMIC && scheme == SCHEME_EXPLICIT; }
   bool viscous() const { return bulk_linear > 0.0 || bulk_quadratic > 0.0; }
   bool bulk() const { return explicit_steps() && viscous(); }
@@ -651,7 +652,7 @@ struct Model {
   std::vector<Step> step;
   OutputRequests output;
   SolverDef solver;
-  std::uint64_t hash = 0;      // of the deck without output requests, and of the parameters
+  std::uint64_t hash = 0;      // of the cards outside steps, without output requests
 };
 
 // model_material : material of element e, index into Model::material; -1: the element has no section

@@ -275,11 +275,11 @@ inline void io(Archive& f, Step& x)
 {
   auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme,
          scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
-         extrapolate, ctl, load, prescribed, print, equation, change, deck_line] = x;
+         extrapolate, ctl, load, prescribed, print, equation, change, deck_line, hash] = x;
   io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc,
                   scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear,
                   bulk_quadratic, balance, extrapolate, ctl, load, prescribed, print, equation, change,
-                  deck_line);
+                  deck_line, hash);
 }
 
 inline void io(Archive& f, HistoryDef& x)

@@ -42,7 +42,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 43;                     // of the content; changes with every change of a struct in it
+const int format = 44;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // precedes the content
   char magic[8];
@@ -55,13 +55,14 @@ struct FileHead {                 // precedes the content
 struct Origin {                // what a file belongs to
   int format = 0;
   std::string version;
-  std::uint64_t deck = 0;
+  std::uint64_t deck = 0;      // cards outside steps
+  std::vector<std::uint64_t> step;     // Step::hash of the steps that have begun
 };
 
 void io(Archive& f, Origin& x)
 {
-  auto& [number, version, deck] = x;
-  io_all(f, number, version, deck);
+  auto& [number, version, deck, step] = x;
+  io_all(f, number, version, deck, step);
 }
 
 struct Lengths {               // of the files that are continued, -1: does not exist yet
@@ -297,10 +298,14 @@ bool fits(const std::string& path, const Model& m, const Origin& o)
     return refuse(path, "mpfe " + o.version + ", format " + std::to_string(o.format) +
                             ", has written it; this is mpfe " MPFE_VERSION ", format " +
                             std::to_string(format));
-  return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those "
-                                          "of now. Only *RESTART, *VTK, *FRAGMENTS, *NODE FILE, *EL FILE, "
-                                          "*NODE PRINT, *EL PRINT, *HEADING, *NEWTON, *SOLVER and INC of "
-                                          "*STEP may change");
+  std::size_t same = 0;        // steps
+  while (same < o.step.size() && same < m.step.size() && o.step[same] == m.step[same].hash) ++same;
+  const std::string other = o.deck != m.hash ? "outside its steps" : "up to step " + std::to_string(same + 1);
+  return (o.deck == m.hash && same == o.step.size()) ||
+         refuse(path, "it belongs to another deck: the cards " + other +
+                          " are not those of now. Only steps that have not begun, *RESTART, *VTK, "
+                          "*FRAGMENTS, *NODE FILE, *EL FILE, *CONTACT FILE, *NODE PRINT, *EL PRINT, "
+                          "*CONTACT PRINT, *HEADING, *NEWTON, *SOLVER and INC of *STEP may change");
 }
 
 // the same, at what follows the origin. Collective
@@ -447,6 +452,7 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   origin.format  = format;
   origin.version = MPFE_VERSION;
   origin.deck    = m.hash;
+  for (int k = 0; k < s.log.step; ++k) origin.step.push_back(m.step[k].hash);
   write_whole(m, grid, s, f, [&](ActiveGrid& cells) {
     RealVec near = numbers_of(out.near);
     io_all(f, origin, near);
