@@ -395,6 +395,10 @@ const double FALL_RATIO = 0.7;
 // Anderson's method  (test: strength/l_panel.inp), with h=10
 const double RELAXATION = 1.8;
 
+// Statics with loads that follow the body, whose stiffness the matrix does not have: first iteration that
+// Anderson's method corrects; before, Newton's method falls fast enough  (test: analytic/pressed_rubber.inp)
+const int FOLLOWS_FROM = 3;
+
 //   in   before   residual of the last iteration; 0: supports have moved since
 //        du       before the correction;   advance  RIKS: of the load time in it
 Failure descend(Problem& p, Attempt& a, double before, double advance, RealVec& du, Descent& d, Residual& b)
@@ -458,6 +462,7 @@ Failure step_newton(Problem& p, Attempt& a)
   Residual b;
   LinearSystem l(p.newton.tangent);
   Secants secants;
+  const bool follows = a.cM == 0.0 && !a.arc.on && assem_has_followers(a.step);
   Descent descent;
   double least = 1e300;        // norm of R so far
   int stale    = 0;            // iterations since least
@@ -490,14 +495,14 @@ Failure step_newton(Problem& p, Attempt& a)
     // 3. solve
     failure = step_solve(p, a, it, before, accepted, pending, l);
     if (!failure.ok()) return failure;
-    if (a.newton.unsymmetric_flow && reached) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
+    const bool secant = a.newton.unsymmetric_flow || (follows && it >= FOLLOWS_FROM);
+    if (secant && reached) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
     if (a.mode.crack == CRACK_SECANT && reached)
       for (double& x : l.dx) x *= RELAXATION;
     double advance = 0.0;
     if (a.arc.on) failure = follow_arc(p, a, it, before, accepted, l, advance);
     if (!failure.ok()) return failure;
-    const bool whole = reached && !a.arc.on && !a.newton.unsymmetric_flow && a.mode.crack != CRACK_SECANT &&
-                       !a.newton.slips;
+    const bool whole = reached && !a.arc.on && !secant && a.mode.crack != CRACK_SECANT && !a.newton.slips;
     const double g0 = first_slope(s, b.R, whole, l);
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // bad guess (6.14)
     // 4. correct                                                                   (6.6)
