@@ -31,6 +31,7 @@ void note(int number)
 
 void interrupt_watch()
 {
+  std::signal(SIGXFSZ, SIG_IGN);         // a limit of file sizes is reported as a full disk is
   for (int number : {SIGINT, SIGTERM, SIGUSR1, SIGUSR2}) {
     struct sigaction now;
     if (sigaction(number, nullptr, &now) != 0 || now.sa_handler == SIG_IGN) continue;

@@ -181,7 +181,9 @@ bool load_file(const std::string& path, DeckFile& f, std::string& reason)
   if (ec || !in.read(&f.text[0], static_cast<std::streamsize>(size)))
     return reason = "it cannot be read", false;
   if (f.text.find('\0') != std::string::npos)
-    return reason = "it is not a text file (it contains a zero byte)", false;
+    return reason = "it is not a text file (it contains a zero byte); save UTF-16 as UTF-8", false;
+  if (f.text.find('\n') == std::string::npos && f.text.find('\r') != std::string::npos)
+    return reason = "its lines end in CR alone; save it with LF or CR LF", false;
   f.path = path;
   if (f.text.compare(0, 3, "\xEF\xBB\xBF") == 0) f.text.erase(0, 3);
   for (std::size_t i = 0; i < f.text.size(); ++i) {
@@ -321,6 +323,7 @@ bool deck_peek(Deck& d, bool& keyword)
 // ---------------------------------------------------------------------------
 void deck_head(Deck& d, Head& head)
 {
+  d.hashing = false;           // the values enter with the parameters of the line
   Scan s = scan_open(d, true);
   s.pos = s.raw.find('*') + 1;
   head.at = scan_word(s, ",");
@@ -347,7 +350,8 @@ void deck_head(Deck& d, Head& head)
 
 void deck_hash(Deck& d, const std::string& line)
 {
-  d.hash = hash_add(d.hash, line.c_str(), line.size() + 1);
+  std::uint64_t& hash = d.hash[d.hash_step];
+  hash = hash_add(hash, line.c_str(), line.size() + 1);
 }
 
 // ---------------------------------------------------------------------------

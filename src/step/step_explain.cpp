@@ -133,6 +133,39 @@ std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, in
   return text;
 }
 
+// length of the longest domain of a body, in cells
+double longest_domain(const Model& m, const State& st)
+{
+  double longest = 0.0;
+  const Points& pts = st.points;
+  for (int q = 0; q < pts.npoint; ++q)
+    for (int i = 0; i < m.dim && pts.parent[q] < 0; ++i) {
+      double lo = 1e300, hi = -1e300;
+      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
+        const int c    = pts.conn.item[k] * m.dim + i;
+        const double x = pts.Xc[c] + st.n.uc[c];
+        lo = std::min(lo, x);
+        hi = std::max(hi, x);
+      }
+      longest = std::max(longest, (hi - lo) / m.grid.h[i]);
+    }
+  return longest;
+}
+
+// cause of a zero pivot of the grid: between corners farther apart than a cell it moves without stiffness
+std::string grid_pivot_text(const Problem& p)
+{
+  const double longest = longest_domain(p.m, p.st);
+  if (longest <= 1.0) return "";
+  char text[300];
+  std::snprintf(text, sizeof text,
+                ". Domains of points have been stretched to %.3g cells: the grid follows their corners, and "
+                "moves freely between corners that are more than a cell apart. Take more points a cell "
+                "(*MATERIAL POINTS, POINTS=) or larger cells",
+                longest);
+  return text;
+}
+
 // message of the solver, free motion, and the dof of the first zero pivot. The pivot vanishes at any dof that
 // takes part in the free motion; a rotation appears in a direction that is supported elsewhere.
 std::string solver_text(const Problem& p, const std::string& whole, const std::string& contact)
@@ -151,6 +184,8 @@ std::string solver_text(const Problem& p, const std::string& whole, const std::s
                    "by a hinge or by broken elements alone, or stiffnesses differ by too many orders of "
                    "magnitude (a very thin element)";
   }
+  const std::string stretched = row >= s.rows.nfe ? grid_pivot_text(p) : "";
+  if (!stretched.empty()) return words + stretched;
   return words + ", which takes part in the motion" + contact +
          "; if it is supported, stiffnesses differ by too many orders of magnitude (a penalty, a very thin "
          "element)";
@@ -334,10 +369,15 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
     return text;
   }
   if (p.st.log.iterations == 0) return std::string(out_status_text(status)) + ", before the first iteration";
+  const Step& now    = m.step[p.st.log.step - 1];
+  const bool pressed = now.proc == PROC_STATIC && assem_has_followers(now);
   std::snprintf(text, sizeof text,
                 "residual %.3e, force scale %.3e after %d iterations: use smaller increments or more "
-                "iterations (*NEWTON, MAX ITER=); the load may exceed what the structure can carry",
-                p.st.log.residual, p.st.log.scale, p.st.log.iterations);
+                "iterations (*NEWTON, MAX ITER=); the load may exceed what the structure can carry%s",
+                p.st.log.residual, p.st.log.scale, p.st.log.iterations,
+                pressed ? ". Pressure follows its faces, which the matrix leaves out: Newton's method cannot "
+                          "follow several times the shear modulus; prescribe displacements instead"
+                        : "");
   const Solver& solver = p.newton.solver;
   const bool fixed_pivots = solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
   const std::string single = text + single_points(m, p.st.frac);

@@ -14,6 +14,10 @@ namespace {
 // (test: stress/points_flow), in which it must not
 const double VOLUME_LOST = 2.0;
 
+// Linear geometry: largest displacement gradient that needs no warning; results are off by about as much
+// (test: stress/s7_messages)
+const double LARGE_GRADIENT = 0.2;
+
 const double limit = 1.0 / 3.0;      // of the squared stretch: dS/dF changes its sign
 
 // Elements and points compressed beyond the limit
@@ -157,13 +161,50 @@ void sum_ranks(Compressed& c)
   c.least    = -comm_allreduce_max(-c.least);
 }
 
+// largest entry of the displacement gradient in elements that cannot break, and its element
+double largest_gradient(const Model& m, const Elements& el, const State& st, int& worst)
+{
+  double largest = 0.0;
+  IpFields f;
+  IntVec breaks(m.mesh.nelem(), 0);
+  for (const FractureDef& d : m.fracture)
+    for (int e : d.elset >= 0 ? m.elset[d.elset].item : IntVec()) breaks[e] = 1;
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live) {
+      const int e = b.elem[slot];
+      if (breaks[e]) continue;
+      for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+        elem_ip_fields(m, el, st.n, true, e, g, f);
+        double most = 0.0;
+        for (int i = 0; i < 9; ++i) most = std::max(most, std::fabs(f.F[i] - (i % 4 == 0 ? 1.0 : 0.0)));
+        if (most <= largest) continue;
+        largest = most;
+        worst   = e;
+      }
+    }
+  return largest;
+}
+
+// warns at the end of a step without NLGEOM where displacements are not small
+void warn_large(const Model& m, const Elements& el, const State& st, const Step& s, Warned& warned)
+{
+  if (!clock_over(s, st.clock)) return;
+  int worst = -1;
+  const double here = largest_gradient(m, el, st, worst), all = m.part.on ? comm_allreduce_max(here) : here;
+  if (all <= LARGE_GRADIENT || !warned.insert("linear").second || here < all) return;
+  log_warn("time %.8g: the displacement gradient is %.3g in element %d, but this step has no NLGEOM: its "
+           "results are right for gradients much smaller than 1. *STEP, NLGEOM, or check units, loads and "
+           "stiffness",
+           st.n.time, here, m.mesh.elem_label[worst]);
+}
+
 }  // namespace
 
 void step_warn_compressed(const Model& m, const Elements& el, const PointLaws& laws, const State& st,
                           const Step& s, Warned& warned)
 {
-  if (!s.nlgeom) return;
   Timer timer(PHASE_COMMIT);
+  if (!s.nlgeom) return warn_large(m, el, st, s, warned);
   warn_lost_volume(m, laws, st, warned);
   Compressed c = compressed(m, el, st);
   const double least = c.least;
