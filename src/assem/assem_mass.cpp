@@ -105,22 +105,65 @@ int block_of(const SysMatrix& A, int r, int c)
   return first + before;
 }
 
+// Blocks of A of the pairs of unknowns of a corner: corners with the same unknowns, as those in one cell, are
+// looked up once
+struct CornerBlocks {
+  const ActiveGrid& g;
+  const Dofs& s;
+  IntVec last;                 // [unknown] corner with blocks whose list begins with it, -1
+  IntVec at;                   // [corner] its blocks in block, for the corners in last
+  IntVec block;                // row after row, columns at most the row; -1: above the diagonal
+
+  CornerBlocks(const ActiveGrid& grid, const Dofs& dofs)
+      : g(grid), s(dofs), last(dofs.rows.nrow, -1), at(grid.corner.size(), -1)
+  {
+  }
+
+  const int* of(int c)
+  {
+    const int n = g.corner.count(c), *item = g.corner.begin(c);
+    int& before = last[s.rows.nfe + item[0]];
+    if (before >= 0 && g.corner.count(before) == n && std::equal(item, item + n, g.corner.begin(before)))
+      return &block[at[before]];
+    before = c;
+    at[c]  = static_cast<int>(block.size());
+    const int nfe = s.rows.nfe;
+    for (int j = 0; j < n; ++j)
+      for (int k = 0; k < n; ++k)
+        block.push_back(item[k] > item[j] ? -1 : block_of(s.pattern.A, nfe + item[j], nfe + item[k]));
+    return &block[at[c]];
+  }
+};
+
 // explicit, with corners that follow others: their mass acts at these                 (6.47)
 void add_corner_mass(const ActiveGrid& g, const Dofs& s, RealVec& M)
 {
   const CornerMass& m = s.mass.corner_mass;
   const int ncorner   = static_cast<int>(m.carried.size());
-  const auto add = [&](int c, int d, double mass) {            // N_c mass N_d, lower part
+  CornerBlocks blocks(g, s);
+  RealVec value;
+  const auto add_own = [&](int c, double mass) {               // N_c mass N_c, lower part
+    const int n = g.corner.count(c);
+    if (n == 0) return;
+    const double* w = &g.corner_w[g.corner.off[c]];
+    value.resize(n);
+    for (const int *to = blocks.of(c), *row = to; row < to + n * n; row += n) {
+      const double part = mass * w[(row - to) / n];
+      for (int k = 0; k < n; ++k) value[k] = part * w[k];
+      for (int k = 0; k < n; ++k)
+        if (row[k] >= 0) M[row[k]] += value[k];
+    }
+  };
+  const auto add = [&](int c, int d, double mass) {            // N_c mass N_d and its mirror image
     for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j)
       for (int k = g.corner.off[d]; k < g.corner.off[d + 1]; ++k) {
         const int r = s.rows.nfe + g.corner.item[j], q = s.rows.nfe + g.corner.item[k];
-        if (c == d && q > r) continue;
         const double value = mass * g.corner_w[j] * g.corner_w[k];
-        M[block_of(s.pattern.A, r, q)] += c != d && r == q ? 2.0 * value : value;
+        M[block_of(s.pattern.A, r, q)] += r == q ? 2.0 * value : value;
       }
   };
   for (int c = 0; c < ncorner; ++c) {
-    if (m.carried[c] != 0.0) add(c, c, m.carried[c]);
+    if (m.carried[c] != 0.0) add_own(c, m.carried[c]);
     for (int k = m.off[c]; k < m.off[c + 1]; ++k)
       if (m.val[k] != 0.0) add(c, m.col[k], m.val[k]);
   }

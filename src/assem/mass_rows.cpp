@@ -300,7 +300,9 @@ std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of)
 std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, const Dofs& s)
 {
   std::vector<char> may(s.mass.M.size());
-  for (size_t k = 0; k < may.size(); ++k) may[k] = s.mass.M[k] != 0.0;
+  // points without a map (dof_form): every block is one of theirs
+  const bool all = !s.rows.owned_point.empty() && s.pattern.point_map_off.empty();
+  for (size_t k = 0; k < may.size(); ++k) may[k] = all || s.mass.M[k] != 0.0;
   for (const IntVec* map : {&s.pattern.point_map, &s.pattern.ghost_map})
     for (int k : *map) may[k / 2] = 1;
   for (int r = 0; r < s.rows.nrow && s.rows.lumps; ++r)        // couplings of nodes: none       (6.47)

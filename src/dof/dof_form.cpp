@@ -285,10 +285,19 @@ int block_index(const SysMatrix& A, int r, int c)
   return index;
 }
 
+// explicit, with corners that follow nodes: the mass is formed corner by corner (6.47), and no matrix is, so
+// points need no map. Every block couples rows of a point, of a ghost, or is a diagonal one
+bool points_unmapped(const ActiveGrid& grid, bool lumped, const Dofs& s)
+{
+  return lumped && s.rows.lumps && !grid.corner_mesh.empty() && s.rows.owned_group.empty() &&
+      !s.bound.tie.any;
+}
+
 // block of A of every node pair; points with the same nodes as the previous one share its entries. lumped:
-// elements have the diagonal block of a node for all its pairs
+// elements have the diagonal block of a node for all its pairs; point_map_off empty: points have none
 void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, bool lumped, Dofs& s)
 {
+  const bool unmapped = points_unmapped(grid, lumped, s);
   size_t nelem = 0, list = 0, pairs[5] = {};
   for (const ElemBlock& b : el.block) {
     nelem += b.live.size();
@@ -303,7 +312,8 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, boo
     return n == grid.point.count(q) && std::equal(node, node + n, grid.point.begin(q));
   };
   int before = -1;
-  for (int q : s.rows.owned_point) {
+  for (size_t k = 0; k < s.rows.owned_point.size() && !unmapped; ++k) {
+    const int q       = s.rows.owned_point[k];
     const bool shared = before >= 0 && same_nodes(before, q);
     s.pattern.point_map_off.push_back(shared ? s.pattern.point_map_off.back() : pairs[1]);
     if (!shared) pairs[1] += pair_count(grid.point.count(q));
@@ -335,6 +345,7 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, boo
       return;
     }
     const size_t point = list++ - nelem;
+    if (point < npoint && unmapped) return;
     if (point > 0 && point < npoint && s.pattern.point_map_off[point] == s.pattern.point_map_off[point - 1])
       return;
     for (int a = 0; a < n; ++a)

@@ -305,8 +305,31 @@ bool keeps_planes(const Model& m, const int* at, const int* c)
   return true;
 }
 
+// Indices of ascending keys: a table over their range, or a search where that is wide
+struct KeyTable {
+  const std::vector<long>& key;
+  long low = 0;
+  IntVec number;               // of low, low + 1, ...; -1: no key; empty: search key
+
+  explicit KeyTable(const std::vector<long>& keys) : key(keys)
+  {
+    const auto end = std::lower_bound(key.begin(), key.end(), key_own);        // keys of the grid
+    if (end == key.begin()) return;
+    low = key.front();
+    const long range = *(end - 1) - low + 1;
+    if (range >= 64 * static_cast<long>(key.size())) return;
+    number.assign(range, -1);
+    for (auto k = key.begin(); k != end; ++k) number[*k - low] = static_cast<int>(k - key.begin());
+  }
+  int find(long k) const
+  {
+    if (number.empty() || k >= key_own) return find_key(key, k);
+    return k < low || k - low >= static_cast<long>(number.size()) ? -1 : number[k - low];
+  }
+};
+
 // 3. the nearest cells whose nodes are all strong, averaged over cells at equal distance
-bool extend_node(const Model& m, const std::vector<long>& cells, const std::vector<long>& key,
+bool extend_node(const Model& m, const KeyTable& cells, const std::vector<long>& key, const KeyTable& nodes,
                  const std::vector<char>& strong, int weak, GridLists& out)
 {
   const Grid& g = m.grid;
@@ -323,13 +346,13 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
         const int c[3] = {at[0] + i, at[1] + j, at[2] + k};
         bool good = true;
         for (int d = 0; d < dim; ++d) good = good && c[d] >= 0 && c[d] < g.n[d];
-        if (!good || find_key(cells, cell_key(g, dim, field, c)) < 0) continue;
         const double dist = (i + 0.5) * (i + 0.5) + (j + 0.5) * (j + 0.5) +
                             (dim == 3 ? (k + 0.5) * (k + 0.5) : 0.0);
-        if (dist > best || !keeps_planes(m, at, c)) continue;
+        if (!good || dist > best || cells.find(cell_key(g, dim, field, c)) < 0) continue;
+        if (!keeps_planes(m, at, c)) continue;
         const double mid[3] = {0.5, 0.5, 0.5};
         each_node(g, dim, field, c, mid, [&](long n, double) {
-          const int r = find_key(key, n);
+          const int r = nodes.find(n);
           good        = good && r >= 0 && strong[r];
         });
         if (!good) continue;
@@ -342,7 +365,7 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
     double xi[3] = {0, 0, 0};
     for (int d = 0; d < dim; ++d) xi[d] = at[d] - c[d];
     each_node(g, dim, field, c.data(), xi, [&](long n, double N) {
-      const int r       = find_key(key, n);
+      const int r       = nodes.find(n);
       IntVec& to        = out.list.item;
       const size_t seen = std::find(to.begin() + first, to.end(), r) - to.begin();
       if (seen == to.size()) {
@@ -392,9 +415,10 @@ void find_extension(const Model& m, const std::vector<long>& cell, const std::ve
   const int n = static_cast<int>(key.size());
   std::vector<char> unknown = strong;
   GridLists follow;             // in the numbers of touched nodes
+  const KeyTable cells(cell), nodes(key);
   for (int r = 0; r < n; ++r) {
     const bool listed = needed.empty() || needed[r];
-    if (listed && !strong[r] && !extend_node(m, cell, key, strong, r, follow)) {
+    if (listed && !strong[r] && !extend_node(m, cells, key, nodes, strong, r, follow)) {
       ++g.nlone;
       unknown[r] = support[r] > tiny || !follow_nearest(m, key, strong, r, follow);
     }

@@ -14,9 +14,10 @@ void add_cross(const double* x, const double* y, double* out)
   out[2] += x[0] * y[1] - x[1] * y[0];
 }
 
+// local sums stay in registers
+template <int D>
 void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
 {
-  const int dim = dofs.rows.dim;
   const bool lumped = !dofs.mass.lumped.empty() && !dofs.rows.hung;
   // implicit steps: rows of nodes without couplings
   const IntVec& coupled = dofs.mass.coupled;
@@ -24,19 +25,24 @@ void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
   const RealVec& mass = lumped ? dofs.mass.lumped : dofs.mass.M_here;       // read where single
   RealVec Mv;
   if (!single) mass_elements(dofs, dof_of_nodes(dofs, l.v), Mv);
+  double kinetic = 0.0, sum[D] = {}, spin[3] = {};
   for (int r = 0; r < dofs.rows.nfe; ++r) {
     const int node = dofs.rows.node_of_row[r];
-    const bool here = !lumped || dofs.rows.counts(r * dim);       // the lumped mass is that of all ranks
-    double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
-    for (int i = 0; i < dim; ++i) {
-      const double v = l.v[node * dim + i];
-      x[i] = mesh.X[3 * node + i] + l.u[node * dim + i];
-      q[i] = !single ? Mv[r * dim + i] : here ? mass[r] * v : 0.0;
-      g.kinetic += 0.5 * v * q[i];
-      g.momentum[i] += q[i];
+    const bool here = !lumped || dofs.rows.counts(r * D);         // the lumped mass is that of all ranks
+    double x[D], q[D];
+    for (int i = 0; i < D; ++i) {
+      const double v = l.v[node * D + i];
+      x[i] = mesh.X[3 * node + i] + l.u[node * D + i];
+      q[i] = !single ? Mv[r * D + i] : here ? mass[r] * v : 0.0;
+      kinetic += 0.5 * v * q[i];
+      sum[i] += q[i];
     }
-    add_cross(x, q, g.angular);
+    if (D == 3) add_cross(x, q, spin);
+    else spin[2] += x[0] * q[1] - x[1] * q[0];
   }
+  g.kinetic += kinetic;
+  for (int i = 0; i < D; ++i) g.momentum[i] += sum[i];
+  for (int i = 0; i < 3; ++i) g.angular[i] += spin[i];
 }
 
 // sums over the ranks, in one message
@@ -56,19 +62,25 @@ void sum_ranks(Ledger& g, double& work)
 
 // 1/8 a M a of the free dofs of nodes owned by this rank. Times dt^2 it is the difference between the square
 // of the velocity at t(n) and the product of the velocities at both half steps               (6.33)
+template <int D>
 double leap_energy(const Dofs& dofs, const Level& l)
 {
   double sum = 0.0;
-  const int dim = dofs.rows.dim;
   if (dofs.mass.lumped.empty() || dofs.rows.hung ||
       dofs.bound.fixed.size() != static_cast<size_t>(dofs.rows.neq())) return 0.0;
+  const int *node = dofs.rows.node_of_row.data(), *fixed = dofs.bound.fixed.data();
+  const double *mass = dofs.mass.lumped.data(), *acc = l.a.data();
   for (int r = 0; r < dofs.rows.nfe; ++r)
-    for (int i = 0; i < dim; ++i) {
-      const double a = l.a[dofs.rows.node_of_row[r] * dim + i];
-      if (dofs.bound.fixed[r * dim + i] != DOF_FIXED && dofs.rows.counts(r * dim + i))
-        sum += dofs.mass.lumped[r] * a * a;
+    for (int i = 0; i < D; ++i) {
+      const double a = acc[node[r] * D + i];
+      if (fixed[r * D + i] != DOF_FIXED && dofs.rows.counts(r * D + i)) sum += mass[r] * a * a;
     }
   return 0.125 * sum;
+}
+
+double leap_energy(const Dofs& dofs, const Level& l)
+{
+  return dofs.rows.dim == 2 ? leap_energy<2>(dofs, l) : leap_energy<3>(dofs, l);
 }
 
 // local sums stay in registers
@@ -145,7 +157,10 @@ void sum_others(const Model& m, const Elements& el, const Dofs& dofs, const Leve
   Ledger& g = st.ledger;
   g.kinetic = 0.0;
   for (int i = 0; i < 3; ++i) g.momentum[i] = g.angular[i] = 0.0;
-  if (!dofs.mass.M.empty()) add_nodes(m.mesh, dofs, l, g);
+  if (!dofs.mass.M.empty()) {
+    if (m.dim == 2) add_nodes<2>(m.mesh, dofs, l, g);
+    else add_nodes<3>(m.mesh, dofs, l, g);
+  }
   if (g.leap > 0.0) g.kinetic -= g.leap * g.leap * leap_energy(dofs, l);
   const RealVec mom = point_corner_momentum(dofs.mass.corner_mass, m.dim, l.vc);
   if (m.dim == 2) add_points<2>(st.points, mom, l, g);
