@@ -687,6 +687,18 @@ void check_explicit(Deck& d, const Model& m)
             line + ", which does not augment contact or bonds; leave out AUGMENT");
 }
 
+// AUGMENT of bonds acts in static steps
+void check_augment(Deck& d, const Model& m)
+{
+  const bool dynamic = std::any_of(m.step.begin(), m.step.end(),
+                                   [](const Step& s) { return s.proc == PROC_DYNAMIC; });
+  for (const BondDef& b : m.bond)
+    if (b.augment > 0 && b.kind != BOND_CONTACT && dynamic)
+      warn(d, bond_word(b), b.deck_line, b.name,
+           "bond " + b.name + ": AUGMENT acts in static steps only; in dynamic ones its multipliers stay as "
+                              "they are");
+}
+
 // *DAMPING and *VISCOUS BOUNDARY act in dynamic steps only; a face belongs to one viscous boundary
 void check_damping(Deck& d, const Model& m, const IntVec& body)
 {
@@ -964,6 +976,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_track(d, m);
   check_damping(d, m, body);
   check_explicit(d, m);
+  check_augment(d, m);
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);
 }
 

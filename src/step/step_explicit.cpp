@@ -206,6 +206,13 @@ bool sum_work(Problem& p, bool finite, Attempt& a)
   return sum[0] == 0.0;
 }
 
+// x [neq] with zeros in the rows of the grid; the rows of nodes are not read, nor written on one rank
+void clear_grid(const Dofs& s, RealVec& x)
+{
+  x.resize(s.rows.neq());
+  std::fill(x.begin() + (s.rows.split ? 0 : static_cast<long>(s.rows.nfe) * s.rows.dim), x.end(), 0.0);
+}
+
 // displacement of the rows of the grid                                                            (6.28)
 void leap_grid(const Dofs& s, Attempt& a)
 {
@@ -220,7 +227,7 @@ void multiply_grid(const Dofs& s, const RealVec& x, RealVec& y)
   if (s.rows.split) return mass_multiply(s, x, y);
   const SysMatrix& A = s.pattern.A;
   const int dim      = s.rows.dim;
-  y.assign(s.rows.neq(), 0.0);
+  clear_grid(s, y);
   for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
     const int diag = A.off[r + 1] - 1;
     for (int i = 0; i < dim; ++i) y[r * dim + i] += s.mass.M[diag] * x[r * dim + i];
@@ -232,7 +239,7 @@ void multiply_grid(const Dofs& s, const RealVec& x, RealVec& y)
   }
 }
 
-// step_leap_of_grid of the rows owned by this rank, from the forces f = M a
+// step_leap_of_grid of the rows owned by this rank, from f = M a, where a is that of free dofs alone
 double leap_of_grid(const Dofs& s, const RealVec& acc, const RealVec& f)
 {
   double sum = 0.0;
@@ -241,21 +248,57 @@ double leap_of_grid(const Dofs& s, const RealVec& acc, const RealVec& f)
   return 0.125 * sum;
 }
 
+// the same from all accelerations
+double leap_of_free(const Dofs& s, const RealVec& acc)
+{
+  RealVec free(s.rows.neq(), 0.0), Ma;
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FREE) free[i] = acc[i];
+  multiply_grid(s, free, Ma);
+  return leap_of_grid(s, free, Ma);
+}
+
+// does no plane of the grid accelerate on this rank?
+bool still_planes(const Dofs& s, const RealVec& acc)
+{
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FIXED && acc[i] != 0.0) return false;
+  return true;
+}
+
 // work of planes of the grid that move, of this rank: the mean of the forces at both ends, and of the inertia
 // between them
 //   in   force0   loads less internal forces at t(n) of the rows from the grid on; empty: those at t(n+1)
 double work_of_planes(const Dofs& s, const Attempt& a, const RealVec& f, const RealVec& force0)
 {
   const int first = s.rows.nfe * s.rows.dim;
-  RealVec mean(a.acc), Ma;
+  RealVec mean(s.rows.neq(), 0.0), Ma;
   for (int i = first; i < s.rows.neq(); ++i)
-    if (s.bound.fixed[i] == DOF_FREE) mean[i] = 0.5 * (a.agrid[i] + a.acc[i]);
+    mean[i] = s.bound.fixed[i] == DOF_FREE ? 0.5 * (a.agrid[i] + a.acc[i]) : a.acc[i];
   multiply_grid(s, mean, Ma);
   double work = 0.0;
   for (int i = first; i < s.rows.neq(); ++i) {
     if (s.bound.fixed[i] != DOF_FIXED || !s.rows.counts(i)) continue;
     work += (Ma[i] - 0.5 * (f[i] + (force0.empty() ? f[i] : force0[i - first]))) * a.du[i];
   }
+  return work;
+}
+
+// what a change of the velocity of planes adds to the kinetic energy of points beside them, of this rank:
+// these also have a velocity that the grid does not see                                          (6.12)
+double work_on_unseen(const Problem& p, const Attempt& a)
+{
+  const Dofs& s   = p.dofs;
+  const int first = s.rows.nfe * s.rows.dim;
+  RealVec v(s.rows.neq(), 0.0), momentum(s.rows.neq(), 0.0), Mv;
+  std::copy(a.vgrid.begin() + first, a.vgrid.end(), v.begin() + first);
+  point_momentum(p.d.grid, s, p.st.n.vc, momentum);
+  sys_sum(s.pattern.A, momentum);
+  multiply_grid(s, v, Mv);
+  double work = 0.0;
+  for (int i = first; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FIXED && s.rows.counts(i))
+      work += (s.bound.rate[i] - a.vgrid[i]) * (momentum[i] - Mv[i]);
   return work;
 }
 
@@ -272,14 +315,35 @@ RealVec force_before(const Problem& p, const Attempt& a)
   return f;
 }
 
+// work of the planes of the grid over the increment, of this rank                                (6.12)
+//   in   f   loads less internal forces at t(n+1)
+double work_of_grid(const Problem& p, const Attempt& a, const RealVec& f)
+{
+  const Dofs& s = p.dofs;
+  bool none = true, still = true, steady = true;     // no plane; none moves; none changes its velocity
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i) {
+    if (s.bound.fixed[i] != DOF_FIXED) continue;
+    none   = false;
+    still  = still && a.du[i] == 0.0;
+    steady = steady && s.bound.rate[i] == a.vgrid[i];
+  }
+  if (dof_all(s, none)) return 0.0;
+  double work = 0.0;
+  if (!dof_all(s, still)) work += work_of_planes(s, a, f, force_before(p, a));
+  if (!dof_all(s, steady)) work += work_on_unseen(p, a);
+  return work;
+}
+
 // acceleration of the rows of the grid at t(n+1), reactions, work (6.12); no mass couples them to nodes
 //                                                                                               (6.47)
-Failure accelerate_grid(const Problem& p, Attempt& a)
+Failure accelerate_grid(Problem& p, Attempt& a)
 {
   const Dofs& s   = p.dofs;
   const int first = s.rows.nfe * s.rows.dim;
-  RealVec f(s.rows.neq(), 0.0), Ma;
-  a.acc.assign(s.rows.neq(), 0.0);
+  RealVec f, Ma;
+  const Borrowed borrowed(p.newton.spare, {&f, &Ma});
+  clear_grid(s, f);
+  clear_grid(s, a.acc);
   for (int i = first; i < s.rows.neq(); ++i) {
     f[i]     = a.fext[i] - a.fint[i];
     a.acc[i] = s.bound.fixed[i] == DOF_FIXED ? (s.bound.rate[i] - a.vgrid[i]) / a.dt : a.agrid[i];
@@ -295,18 +359,17 @@ Failure accelerate_grid(const Problem& p, Attempt& a)
   const bool held  = !dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end());
   if (held) multiply_grid(s, a.acc, Ma);
   double sum = 0.0, work = 0.0;
-  bool still = true;           // no plane moves
   for (int i = first; i < s.rows.neq(); ++i) {
-    if (s.bound.fixed[i] == DOF_FIXED) {
-      a.R[i] = Ma[i] - f[i];
-      still  = still && a.du[i] == 0.0;
-    }
+    if (s.bound.fixed[i] == DOF_FIXED) a.R[i] = Ma[i] - f[i];
     sum += a.acc[i];
     if (s.rows.counts(i)) work += 0.5 * (a.fext0[i] + a.fext[i]) * a.du[i];
   }
-  if (held && !dof_all(s, still)) work += work_of_planes(s, a, f, force_before(p, a));
-  a.work += work;
-  a.leap_grid = leap_of_grid(s, a.acc, f);
+  a.work += held ? work + work_of_grid(p, a, f) : work;
+  if (held && !dof_all(s, still_planes(s, a.acc))) {
+    a.leap_grid = leap_of_free(s, a.acc);
+  } else {
+    a.leap_grid = leap_of_grid(s, a.acc, f);         // f = M a
+  }
   return dof_all(s, std::isfinite(sum)) ? Status(STATUS_OK) : BAD_NUMBER;
 }
 
@@ -359,12 +422,7 @@ bool reactions(const Problem& p, const RealVec& f, Attempt& a)
 
 double step_leap_of_grid(const Problem& p, const RealVec& acc)
 {
-  const Dofs& s = p.dofs;
-  RealVec free(s.rows.neq(), 0.0), Ma;
-  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i)
-    if (s.bound.fixed[i] == DOF_FREE) free[i] = acc[i];
-  mass_multiply(s, free, Ma);
-  return dof_total(s, leap_of_grid(s, free, Ma));
+  return dof_total(p.dofs, leap_of_free(p.dofs, acc));
 }
 
 // ---------------------------------------------------------------------------
@@ -379,6 +437,8 @@ Failure step_explicit(Problem& p, Attempt& a)
   }
   const bool on_grid = step_on_grid(p.d, s);
   a.plain = !s.bound.tie.any && !s.mass.damped && !step_grid_rubs(p.m);
+  if (!on_grid)                          // memory of earlier increments
+    for (RealVec* x : {&a.vgrid, &a.agrid, &a.acc}) x->clear();
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
   Failure failure = step_turn(p);
@@ -413,6 +473,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   // 4. reactions: the residual, as in an implicit increment
   if (!reactions(p, f, a)) return BAD_NUMBER;
   tie_force(s, a.R);
+  if (on_grid) a.work = work_of_grid(p, a, f);
   p.st.ledger.leap_grid = on_grid ? step_leap_of_grid(p, a.acc) : 0.0;
   p.st.log.iterations = 1;
   assem_share_bonds(p.st, p.m.dim, a.jumps);

@@ -242,6 +242,7 @@ void finish_followers(const IntVec& follow, const Attempt& a, int dim, State& st
 }
 
 // work of loads and moved supports over the step, of this rank                      (6.12)
+// explicit: planes of the grid have theirs in Attempt::work
 //   in   R0   [neq] statics: residual at t(n)
 double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0, const RealVec& R0)
 {
@@ -253,8 +254,8 @@ double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0, con
     const double f0 = mid ? a.fext[i] : a.fext0[i];
     work += 0.5 * (f0 + a.fext[i]) * a.du[i];
     if (!a.before.empty()) work += 0.5 * a.before[i] * a.du[i];
-    if (dofs.bound.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim, k = r < dofs.rows.nfe ? dofs.rows.node_of_row[r] * dim + i % dim : -1;
+    if (dofs.bound.fixed[i] != DOF_FIXED || (k < 0 && a.step.explicit_steps())) continue;
     double r0 = a.R[i];
     if (a.cM == 0.0) r0 = R0[i];
     else if (!a.before.empty()) r0 = 0.0;
@@ -479,7 +480,10 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   if (mean) rf0 = st.rf;
   if (mean && rf0.empty()) rf0.assign(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0);
   const bool moves = !a.plain || st.points.npoint_all() > 0;       // velocities are to be set here
-  RealVec dv(moves ? s.rows.neq() : 0, 0.0);            // change of the velocities of the unknowns
+  RealVec dv;                  // change of the velocities of the unknowns
+  const Borrowed borrowed(p.newton.spare, {&dv});
+  if (moves && a.plain) dv.resize(s.rows.neq());     // finish_velocities sets the rows that are read
+  else dv.assign(moves ? s.rows.neq() : 0, 0.0);
   st.np1.time = a.total1;
   if (st.points.part.window)
     point_copy_history(m.part, s.pattern.point_rank, st.points, p.d.point_law.history, st.np1);
@@ -509,7 +513,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   RealVec R0;
   if (a.cM == 0.0) R0 = step_residual_at_start(p, a);
   double work = a.plain ? a.work : external_work(s, a, rf0, R0);
-  if (!a.plain && leaps) work += inertia_of_supports(s, a, st);
+  if (!a.plain && leaps) work += inertia_of_supports(s, a, st) + a.work;
   const double supports = a.cM == 0.0 || leaps ? 0.0 : energy_of_supports(p.d.grid, s, a, st, dv);
   if (a.cM == 0.0) step_settle(p, a, rf0, R0);
   if (!a.plain) book_release(p, a, leaps, work);     // else: by step_explicit

@@ -18,7 +18,8 @@ const int PATIENCE = 2;
 // Cohesive cracks: factor of the maximum number of iterations; with fewer increments are cut  (no test)
 const int OPENING_ITERATIONS = 20;
 
-// augmented Lagrange: the bond force becomes the multiplier (4.6), as does the contact pressure (4.15).
+// augmented Lagrange: the bond force becomes the multiplier (4.6), as does the contact pressure (4.15). In
+// motion bonds keep theirs: updates in each increment would add up to an integral control, which is unstable.
 // k: updates so far in this step. False: no update is due.
 bool update_multipliers(const Model& m, const Bonds& b, const KernelMode& mode, int k, Level& l)
 {
@@ -33,6 +34,7 @@ bool update_multipliers(const Model& m, const Bonds& b, const KernelMode& mode, 
       l.lambda_n[q] = next;
       continue;
     }
+    if (!mode.is_static) continue;
     changed = true;
     bond_stiffness(b, dim, q, C);
     for (int i = 0; i < dim; ++i)
@@ -293,6 +295,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   std::vector<RealVec*> vectors;
   if (s.proc == PROC_DYNAMIC && !s.explicit_steps())
     vectors = {&a.g, &a.momentum, &a.vgrid, &a.fint, &a.fext, &a.du};
+  if (s.explicit_steps()) vectors = {&a.vgrid, &a.agrid, &a.acc};
   const Borrowed borrowed(p.newton.spare, vectors);
   Failure failure = begin_attempt(p, s, a, energy);
   if (failure.status == BAD_VALUE) return failure;

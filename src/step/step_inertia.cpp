@@ -393,11 +393,11 @@ Failure step_motion_begin(Problem& p, Attempt& a)
   Failure failure;
   const bool known = projection_known(p.st, p.d, s, before);
   const bool has = known && dof_all(s, before.a.size() == before.v.size());  // a rank may have no row
-  if (has && a.plain) {        // nodes: explicit_nodes
+  if (has && a.plain) {        // nodes: explicit_nodes; their rows are not read
     timer_skip(PHASE_PROJECT);
     const auto at = static_cast<long>(before.first) * s.rows.dim;
-    a.vgrid.assign(s.rows.neq(), 0.0);
-    a.agrid.assign(s.rows.neq(), 0.0);
+    a.vgrid.resize(s.rows.neq());
+    a.agrid.resize(s.rows.neq());
     std::copy(before.v.begin(), before.v.end(), a.vgrid.begin() + at);
     std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + at);
     return STATUS_OK;

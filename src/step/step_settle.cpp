@@ -25,6 +25,23 @@ RealVec load_jump(Problem& p, const Attempt& a)
   return jump;
 }
 
+// What multipliers of bonds take that change over the increment, of all ranks: the work of their forces, by
+// the mean of both ends, less what the bonds store                                            (4.6), (4.8)
+double lost_to_multipliers(const Model& m, const State& st)
+{
+  const Bonds& b = st.bonds;
+  const int dim  = m.dim;
+  if (std::none_of(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.augment > 0; })) return 0.0;
+  double sum = 0.0;
+  for (int k = 0; k < b.nbond; ++k) {
+    if (b.side[k] == SIDE_CONTACT || !b.counts(k)) continue;
+    for (int i = k * dim; i < (k + 1) * dim; ++i)
+      sum -= 0.5 * (st.np1.lambda[i] - st.n.lambda[i]) * (st.n.slip[i] + st.np1.slip[i]);
+  }
+  comm_sum(&sum, 1);
+  return sum;
+}
+
 // ledger entry of forces that are not due to a load jump or a removed support
 double* other_cause(Problem& p)
 {
@@ -87,6 +104,7 @@ void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec
 {
   const Dofs& dofs = p.dofs;
   const int dim    = dofs.rows.dim;
+  if (a.dt > 0.0) p.st.ledger.sudden += lost_to_multipliers(p.m, p.st);
   if (a.dt == 0.0 || (p.st.log.inc > 1 && p.d.grid.of_all.nodes == 0)) return;
   const RealVec jump = load_jump(p, a);
   double lost[3]     = {0.0, 0.0, 0.0};              // loads, supports, others
