@@ -327,7 +327,7 @@ double distance(const Hit& hit) { return std::hypot(hit.r[0], hit.r[1], hit.r[2]
 // (test: Contact.EquallyNearFacesKeepTheirOrder)
 void contact_equal(std::vector<Hit>& best)
 {
-  if (best.empty()) return;
+  if (best.size() < 2) return;
   double gap = 1e300, closest = 1e300;
   bool flat = true;
   size_t n  = 0;

@@ -204,9 +204,10 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
   for (int i = 0; i < n; ++i) {
     found.clear();
     tree.overlap(box[i], found);
-    std::sort(found.begin(), found.end());
+    const auto first = static_cast<long>(s.near.item.size());
     for (int j : found)
       if (may_meet(d, s, i, j)) s.near.item.push_back(j);
+    std::sort(s.near.item.begin() + first, s.near.item.end());
     s.near.off.push_back(static_cast<int>(s.near.item.size()));
   }
   ++s.built;

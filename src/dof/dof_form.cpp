@@ -246,19 +246,23 @@ size_t live_elements(const Elements& el)
 void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, bool lumped, Dofs& s)
 {
   ListTable lists;
+  IntVec like(s.rows.nrow, -1);          // the last list that begins with a row
   size_t left = lumped ? live_elements(el) : 0;
   dof_lists(mesh, el, grid, s, [&](int n, const int* row) {
     if (left > 0) {
       --left;
       return;
     }
-    const int last = lists.size() - 1;
+    if (n == 0) return;
+    int& last = like[row[0]];
     if (last >= 0 && lists.count(last) == n && std::equal(row, row + n, lists.begin(last))) return;
+    last = lists.size();
     lists.item.insert(lists.item.end(), row, row + n);
     lists.off.push_back(static_cast<int>(lists.item.size()));
   });
   tie_extend(s, lists);
-  sys_pattern(lists, s.rows.nrow, s.rows.dim, s.pattern.A);
+  sys_pattern(lists, s.rows.nrow, lumped ? 0 : s.rows.dim, s.pattern.A);       // lumped: without numbers
+  s.pattern.A.dim  = s.rows.dim;
   s.pattern.A.halo = s.rows.halo;
   s.pattern.A.tied = tied_rows(s);
 }
