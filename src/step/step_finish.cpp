@@ -481,7 +481,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   if (mean && rf0.empty()) rf0.assign(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0);
   const bool moves = !a.plain || st.points.npoint_all() > 0;       // velocities are to be set here
   RealVec dv;                  // change of the velocities of the unknowns
-  const Borrowed borrowed(p.newton.spare, {&dv});
+  const std::vector<RealVec*> none, own = {&dv};
+  const Borrowed borrowed(p.newton.spare, a.plain ? own : none);
   if (moves && a.plain) dv.resize(s.rows.neq());     // finish_velocities sets the rows that are read
   else dv.assign(moves ? s.rows.neq() : 0, 0.0);
   st.np1.time = a.total1;
