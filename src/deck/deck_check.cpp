@@ -583,20 +583,6 @@ void check_reshape(Deck& d, const Model& m, const Body& b)
   if (comm_size() > 1) refuse_it("runs on one rank");
 }
 
-// TRACK of *EIGENFRACTURE: statics in the plane; its material: check_cohesive
-void check_track(Deck& d, const Model& m)
-{
-  for (const FractureDef& f : m.fracture) {
-    if (!f.track) continue;
-    const auto refuse_it = [&](const std::string& why) {
-      fault(d, "EIGENFRACTURE", f.deck_line, "TRACK", "TRACK: " + why + "; leave out TRACK");
-    };
-    if (m.dim != 2) refuse_it("a crack grows from a tip in the plane only");
-    if (std::any_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.proc == PROC_DYNAMIC; }))
-      refuse_it("in steps with *STATIC only");
-  }
-}
-
 // friction along a plane of the grid                                                             (6.48)
 void check_grid_friction(Deck& d, const Model& m)
 {
@@ -973,7 +959,6 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_fragments(d, m);
   check_bodies(d, m);
   check_grid_friction(d, m);
-  check_track(d, m);
   check_damping(d, m, body);
   check_explicit(d, m);
   check_augment(d, m);

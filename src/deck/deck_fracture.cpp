@@ -115,8 +115,6 @@ std::string material_fault(const FractureDef& f, const Material& mat)
            (mat.law == LAW_J2      ? "leave out *PLASTIC of "
             : mat.law == LAW_ORTHO ? "leave out TYPE=ENGINEERING CONSTANTS of "
                                    : "write *ELASTIC instead of *HYPERELASTIC in ") + mat.name;
-  if (f.track && mat.law != LAW_SVK)
-    return "TRACK: a crack along a line requires *ELASTIC alone; leave out TRACK";
   if (mat.law != LAW_DRUCKER_PRAGER || mat.yield.empty()) return "";
   const double strength = tensile_strength(mat);
   if (f.ft >= strength)
@@ -134,13 +132,81 @@ std::string material_fault(const FractureDef& f, const Material& mat)
 std::string size_fault(const FractureDef& f, const Material& mat, double size, const char* each,
                        const char* mend)
 {
-  // TRACK: a line that cuts a corner is 2.4 diameters wide, and slides against mu                    (2.36c)
-  const double limit = max_elem_size(f, mat.young) / (f.track ? 4.8 * (1.0 + mat.poisson) : 1.0);
+  const double limit = max_elem_size(f, mat.young);
   if (size <= limit) return "";
   return "its size " + text_number(size) + " is too large for the softening, which needs " +
-         (f.track ? "with TRACK " : "") + each +
-         " below " + text_number(limit) + " (E Gc/ft^2 = " +
+         each + " below " + text_number(limit) + " (E Gc/ft^2 = " +
          text_number(mat.young * f.gc / (f.ft * f.ft)) + "); " + mend + ", or lower ft";
+}
+
+// does *EIGENFRACTURE have TRACK=? Its lines are continued after a comma
+bool track_given(const Deck& d, const DeckLine& deck_line)
+{
+  const Field first = deck_field(d, deck_line, "");
+  for (int line = first.line;; ++line) {
+    const std::string text = text_upper(deck_line_text(d, first.file, line));
+    const std::size_t word = text.find("TRACK"), after = text.find_first_not_of(" \t", word + 5);
+    if (word != std::string::npos && after != std::string::npos && text[after] == '=') return true;
+    const std::size_t last = text.find_last_not_of(" \t\r");
+    if (last == std::string::npos || text[last] != ',') return false;
+  }
+}
+
+// why no crack of the definition can grow along a line; empty: they can
+//   in   given   TRACK=YES is in the deck: in implicit dynamics too
+std::string track_fault(const Model& m, const FractureDef& f, bool given)
+{
+  if (m.dim != 2) return "a crack grows from a tip in the plane only";
+  const auto moves = [&](const Step& s) {
+    return given ? s.explicit_steps() : s.proc == PROC_DYNAMIC;
+  };
+  if (std::any_of(m.step.begin(), m.step.end(), moves)) return "not in steps with *DYNAMIC, EXPLICIT";
+  const auto other = [&](int e) {
+    const int material = model_material(m, e);
+    return material >= 0 && m.material[material].law != LAW_SVK;
+  };
+  const IntVec& elem = m.elset[f.elset].item;
+  return std::any_of(elem.begin(), elem.end(), other) ? "a crack along a line requires *ELASTIC alone" : "";
+}
+
+// an element that is too large for a crack along a line, -1: none. A line that cuts a corner is 2.4 diameters
+// wide, and slides against mu                                                                     (2.36c)
+//   out   limit   of its diameter
+int too_large_for_line(const Model& m, const FractureDef& f, double& limit)
+{
+  for (int e : m.elset[f.elset].item) {
+    const int material = model_material(m, e);
+    if (material < 0) continue;
+    const Material& a = m.material[material];
+    limit = max_elem_size(f, a.young) / (4.8 * (1.0 + a.poisson));
+    if (diameter(m.mesh, e) > limit) return e;
+  }
+  return -1;
+}
+
+// TRACK: the default where it is possible
+void choose_track(Deck& d, Model& m)
+{
+  for (FractureDef& f : m.fracture) {
+    if (!f.track || f.elset < 0) continue;
+    const bool given = track_given(d, f.deck_line);
+    const std::string fault = track_fault(m, f, given);
+    if (!fault.empty()) {
+      f.track = false;
+      if (given) refuse(d, "EIGENFRACTURE", f.deck_line, "TRACK", "TRACK: " + fault + "; leave out TRACK");
+      continue;
+    }
+    double limit = 0.0;
+    const int e = too_large_for_line(m, f, limit);
+    if (e < 0) continue;
+    f.track = false;
+    if (given)
+      deck_warn(d, deck_field(d, f.deck_line, "TRACK"),
+                text_format("TRACK: element %d is too large for cracks along lines, which need elements "
+                            "smaller than %.4g: cracks grow as without TRACK, and may follow the rows of the "
+                            "mesh",
+                            m.mesh.elem_label[e], limit));
+  }
 }
 
 // COHESIVE: needs elastic or Drucker-Prager material and elements small enough for the softening
@@ -368,6 +434,7 @@ void deck_fracture(Deck& d, Model& m)
   check_elements(d, m, m.conversion, "CONVERSION");
   check_estimate(d, m);
   check_broken(d, m);
+  choose_track(d, m);
   check_cohesive(d, m);
   check_bodies(d, m);
   for (ConversionDef& c : m.conversion) make_bodies(d, m, c);

@@ -185,13 +185,32 @@ double frac_estimate(const Model& m, const Step& s, const Elements& el, const Fr
 void frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
                 const std::vector<Erosion>& all, Fracture& fr, Level& l, RealVec& released);
 
+// A crack that starts at a re-entrant corner of the surface
+struct TrackStart {
+  int root = -1;               // element that has opened there
+  int node = -1;               // the corner
+  // into the material, halfway between both faces; direction of the crack
+  double into[2] = {0, 0}, d[2] = {0, 0};
+};
+
+// What an increment did to cracks on lines
+struct TrackResult {
+  // the largest advance of a tip, or opening of a new crack, relative to the largest in one increment
+  double advance = 0.0;
+  int lost = -1;               // element in which a line ends before what cannot break; -1: none
+  std::vector<TrackStart> start;
+};
+
 // frac_track : TRACK: statics, after a converged increment: moves the tips of cohesive cracks through the
 // elements that have begun to crack, turns them (2.36d), and marks which elements may begin next:  (2.36c)
 // those on the lines from the tips, and none beside a crack. Writes the marks to both levels.
-// Cracks that begin at the end of a slit begin anew from l0, the start of the increment, on their lines:
-// true, and there is no equilibrium
-bool frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l0,
-                State& st);
+// Cracks that start at a corner are not added: the increment is to be repeated after frac_start. Collective.
+void frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, State& st,
+                TrackResult& result);
+
+// frac_start : adds the tips of such cracks at the start of the increment. Collective.
+void frac_start(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
+                const std::vector<TrackStart>& start, State& st);
 
 // frac_when : time of the criterion of each on the line through its values at l0 and l1, which may lie before
 // l0 (7.15); l1 in statics, with FALLBACK, COHESIVE and for elements with sudden release. Collective.

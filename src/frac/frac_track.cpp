@@ -14,6 +14,8 @@ namespace {
 // Of E Gc/ft^2: radius of the mean stress that gives the direction; length of crack over which its direction
 // follows that of the mean  (test: strength/l_panel_track.inp, strength/l_panel_meshes)
 const double RADIUS_OF_ZONE = 1.0 / 6.0, TURN_OF_ZONE = 0.4;
+// The same of the length of the line through the body, if that is less  (test: strength/mixed_beam.inp)
+const double RADIUS_OF_LINE = 0.15, TURN_OF_LINE = 0.37;
 // In element sizes: smallest radius; length of the line ahead of a tip, and radius around a crack in which
 // nothing else begins, both at least the radius of the mean  (test: strength/l_panel_track.inp)
 const double MEAN_SIZES = 2.0, REACH_SIZES = 4.0;
@@ -25,20 +27,25 @@ const double CORNER_SIZES = 1.5;
 // the weight exp(-d^2/2r^2) of the mean ends here, in radii  (no test)
 const double CUT = 2.5;
 
+// the whole advance of a tip is one in which half the radius around a crack opens; a crack is wide at its first
+// increment when it has opened by a fifth of 2 Gc/ft  (test: strength/l_panel_track.inp)
+const double ADVANCE = 0.5, YOUNG = 0.2;
+
 // Fracture::tracked
-enum { ON_PATH = 1, BESIDE = 2 };
+enum { ON_PATH = 1, BESIDE = 2, FREE = 3 };
 
 struct Tracker {
   const Model& m;
   const Step& step;
   const Elements& el;
   const FracMesh& fm;
-  const Level& l0;
   State& st;
   Fracture& fr;
+  TrackResult& result;
   // [nelem] of all ranks: the largest opening of cracks that opened in this run, 0: none
   RealVec opening;
-  bool undone = false;         // elements have their history of l0 again
+  IntVec reached;              // [nelem] number of the last search that reached an element
+  int search = 0;
   int ntip() const { return static_cast<int>(fr.tip_elem.size()); }
   const ShapeInfo& shape(int e) const { return shape_info[elem_table[m.mesh.elem_type[e]].shape]; }
   const double* centre(int e) const { return &fm.centre[3 * static_cast<size_t>(e)]; }
@@ -48,6 +55,9 @@ struct Tracker {
   }
   const ElemBlock& block(int e) const { return el.block[el.initial_block[e]]; }
 };
+
+double cross(const double* a, const double* b) { return a[0] * b[1] - a[1] * b[0]; }
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1]; }
 
 bool tracks(const Tracker& t, int e) { return t.fm.def[e] >= 0 && t.m.fracture[t.fm.def[e]].track; }
 
@@ -89,6 +99,32 @@ double mean_radius(const Tracker& t, int e)
 
 double reach(const Tracker& t, int e) { return std::max(mean_radius(t, e), REACH_SIZES * t.fm.local[e]); }
 
+bool present(const Tracker& t, int e)
+{
+  return e >= 0 && t.el.initial_block[e] >= 0 && t.fr.phase[e] == AS_ELEMENT;
+}
+
+// calls use(element) for the elements whose centres are within radius of x, and which faces connect with e
+// through such elements: none across a slit, or of another body
+template <class Use>
+void around(Tracker& t, int e, const double* x, double radius, Use use)
+{
+  if (t.reached.empty()) t.reached.assign(t.m.mesh.nelem(), 0);
+  IntVec found = {e};
+  t.reached[e] = ++t.search;
+  for (size_t k = 0; k < found.size(); ++k) {
+    for (int f = 0; f < t.shape(found[k]).nface; ++f) {
+      const int o = t.fm.across[6 * static_cast<size_t>(found[k]) + f];
+      if (o < 0 || t.reached[o] == t.search || !tracks(t, o) || !present(t, o)) continue;
+      const double* c = t.centre(o);
+      if (std::hypot(c[0] - x[0], c[1] - x[1]) >= radius) continue;
+      t.reached[o] = t.search;
+      found.push_back(o);
+    }
+    use(found[k]);
+  }
+}
+
 // J F^-1 sigma F^-T in the plane: lines and distances are those of t = 0
 Eigen::Matrix2d stress_at_rest(const IpFields& f)
 {
@@ -114,13 +150,16 @@ void add_tension(const Eigen::Matrix2d& sig, double weight, double* S)
 // a term of the mean stress
 struct Term { int number; double S[3]; };
 
-// tensile stress in the plane around x, of elements of all ranks in the order of the deck         (2.36d)
-void mean_stress(const Tracker& t, const double* x, double r, double* S)
+// Tensile stress in the plane around x, of elements of all ranks in the order of the deck         (2.36d).
+// Elements that may break are those connected with e
+void mean_stress(Tracker& t, int e, const double* x, double r, double* S)
 {
   std::vector<Term> all;
   const double at[3] = {x[0], x[1], 0.0};
+  around(t, e, x, CUT * r, [](int) {});
   frac_in_ball(t.fm, at, CUT * r, [&](int o, double) {
     if (t.el.initial_block[o] < 0 || !intact(t, o) || !t.m.part.works(o)) return;
+    if (tracks(t, o) && t.reached[o] != t.search) return;
     Term term{t.m.part.elem_number(o), {0, 0, 0}};
     for (int g = 0; g < t.shape(o).ngp; ++g) {
       IpFields f;
@@ -138,14 +177,16 @@ void mean_stress(const Tracker& t, const double* x, double r, double* S)
 
 // angle from d to the line across the largest principal stress of the mean around x, -pi/2 to pi/2  (2.36d).
 // Collective.
-double turn_wanted(const Tracker& t, int e, const double* x, const double* d)
+//   in   line   length of the line through the body
+double turn_wanted(Tracker& t, int e, const double* x, const double* d, double line)
 {
   double S[3] = {0, 0, 0};
-  mean_stress(t, x, mean_radius(t, e), S);
+  const double r = std::min(RADIUS_OF_ZONE * zone_length(t, e), RADIUS_OF_LINE * line);
+  mean_stress(t, e, x, std::max(r, MEAN_SIZES * t.fm.local[e]), S);
   const double EQUAL = 1e-9;           // principal stresses: no direction
   if (std::hypot(S[2], 0.5 * (S[0] - S[1])) <= EQUAL * (S[0] + S[1])) return 0.0;
-  const double line = 0.5 * std::atan2(S[2], 0.5 * (S[0] - S[1])) + 0.5 * M_PI;
-  return std::remainder(line - std::atan2(d[1], d[0]), M_PI);
+  const double angle = 0.5 * std::atan2(S[2], 0.5 * (S[0] - S[1])) + 0.5 * M_PI;
+  return std::remainder(angle - std::atan2(d[1], d[0]), M_PI);
 }
 
 // where the line from x along d leaves the element, and through which face
@@ -170,6 +211,111 @@ int leave(const Tracker& t, int e, const double* x, const double* d, double* out
   return face;
 }
 
+// length of the line from x in element e along d, to the end of the elements that may break
+double length_ahead(const Tracker& t, int e, const double* from, const double* d)
+{
+  double x[2] = {from[0], from[1]}, length = 0.0;
+  for (int k = 0; k < t.m.mesh.nelem() && e >= 0 && tracks(t, e) && present(t, e); ++k) {
+    double out[2];
+    const int face = leave(t, e, x, d, out);
+    length += std::hypot(out[0] - x[0], out[1] - x[1]);
+    std::copy_n(out, 2, x);
+    e = t.fm.across[6 * static_cast<size_t>(e) + face];
+  }
+  return length;
+}
+
+// the same along d and back
+double length_through(const Tracker& t, int e, const double* x, const double* d)
+{
+  const double back[2] = {-d[0], -d[1]};
+  return length_ahead(t, e, x, d) + length_ahead(t, e, x, back);
+}
+
+// Elements within radius of x, connected with e, and not behind it along d, begin as (2.33)
+void free_around(Tracker& t, int e, const double* x, double radius, const double* d)
+{
+  around(t, e, x, radius, [&](int o) {
+    const double to[2] = {t.centre(o)[0] - x[0], t.centre(o)[1] - x[1]};
+    if (t.fr.tracked[o] == 0 && (begun(t, o) || intact(t, o)) && dot(to, d) >= -t.fm.size[o])
+      t.fr.tracked[o] = FREE;
+  });
+}
+
+// elements around those that began as (2.33) begin so too
+void spread_free(Tracker& t)
+{
+  IntVec all;
+  for (int e = 0; e < t.m.mesh.nelem(); ++e)
+    if (t.fr.tracked[e] == FREE && begun(t, e)) all.push_back(e);
+  const double NOWHERE[2] = {0, 0};
+  for (int e : all) free_around(t, e, t.centre(e), MEAN_SIZES * t.fm.local[e], NOWHERE);
+}
+
+// the line of a tip along d ends at x, after element e
+void lose(Tracker& t, int e, const double* x, const double* d)
+{
+  t.result.lost = e;
+  free_around(t, e, x, reach(t, e), d);
+}
+
+// can an element not break, or is it stronger or tougher than e?
+bool tougher(const Tracker& t, int e, int other)
+{
+  if (!present(t, other)) return false;
+  if (!tracks(t, other)) return true;
+  const FractureDef &a = t.m.fracture[t.fm.def[e]], &b = t.m.fracture[t.fm.def[other]];
+  return b.ft > a.ft || b.gc > a.gc;
+}
+
+// Does the line from x along d end after element e? The one ahead of it is tougher, and so is nothing behind:
+// a line crosses a weak layer
+bool ends_line(const Tracker& t, int e, int ahead, const double* from, const double* d)
+{
+  if (!tougher(t, e, ahead)) return false;
+  const double back[2] = {-d[0], -d[1]}, end = reach(t, e);
+  double x[2] = {from[0], from[1]}, length = 0.0;
+  for (int k = 0, o = e; tracks(t, ahead) && k < t.m.mesh.nelem() && length < end; ++k) {
+    double out[2];
+    const int face = leave(t, o, x, back, out);
+    length += std::hypot(out[0] - x[0], out[1] - x[1]);
+    std::copy_n(out, 2, x);
+    o = t.fm.across[6 * static_cast<size_t>(o) + face];
+    if (!present(t, o) || !tracks(t, o)) break;
+    if (!tougher(t, o, ahead)) return false;
+  }
+  return true;
+}
+
+// First marks: elements that may break, and touch what ends a line as all others within three faces do, are a row,
+// in which a line has no room to turn: they begin as (2.33)
+void begin(Tracker& t)
+{
+  const int n = t.m.mesh.nelem();
+  const int FACES = 3;
+  std::vector<char> edge(n, 0), wide(n, 0);
+  const auto neighbours = [&](int e, auto use) {
+    for (int f = 0; f < t.shape(e).nface; ++f) {
+      const int o = t.fm.across[6 * static_cast<size_t>(e) + f];
+      if (present(t, o)) use(o);
+    }
+  };
+  t.fr.tracked.assign(n, 0);
+  for (int e = 0; e < n; ++e)
+    if (tracks(t, e)) neighbours(e, [&](int o) { edge[e] |= tougher(t, e, o); });
+  for (int e = 0; e < n; ++e) wide[e] = tracks(t, e) && !edge[e];
+  for (int k = 0; k < FACES; ++k) {
+    const std::vector<char> last = wide;
+    for (int e = 0; e < n; ++e)
+      if (tracks(t, e) && !last[e]) neighbours(e, [&](int o) { wide[e] |= last[o]; });
+  }
+  for (int e = 0; e < n; ++e) {
+    if (!tracks(t, e) || wide[e]) continue;
+    t.fr.tracked[e] = FREE;
+    t.result.lost   = e;
+  }
+}
+
 // moves tip k through the last element on its line that has begun, and all before it, which keep the line;
 // the length it moves by
 double advance(Tracker& t, int k)
@@ -177,6 +323,8 @@ double advance(Tracker& t, int k)
   double *tip = &t.fr.tip[4 * static_cast<size_t>(k)], *d = tip + 2, x[2] = {tip[0], tip[1]};
   double length = 0.0, moved = 0.0;
   int& ahead = t.fr.tip_elem[k];
+  int last   = -1;
+  bool ends  = false;
   IntVec passed;
   const double end = reach(t, ahead);
   for (int e = ahead; e >= 0 && tracks(t, e) && t.fr.tracked[e] != ON_PATH && length < end;) {
@@ -187,17 +335,23 @@ double advance(Tracker& t, int k)
     std::copy_n(out, 2, x);
     passed.push_back(e);
     const bool opens = begun(t, e);
-    e = t.fm.across[6 * static_cast<size_t>(e) + face];
+    const int next   = t.fm.across[6 * static_cast<size_t>(e) + face];
+    ends = ends_line(t, e, next, x, d);
+    e    = ends && !opens ? -1 : next;
     if (!opens) continue;
     for (int o : passed) t.fr.tracked[o] = ON_PATH;
+    last = passed.back();
     passed.clear();
     std::copy_n(x, 2, tip);
     moved = length;
     ahead = e;
+    if (ends) break;
   }
   // it meets a crack, a hole, or what cannot break
   const bool stops = ahead >= 0 && (t.fr.tracked[ahead] == ON_PATH || !tracks(t, ahead) ||
-                                    !(begun(t, ahead) || intact(t, ahead)));
+                                    !(begun(t, ahead) || intact(t, ahead)) || (ends && last >= 0 && passed.empty()));
+  t.result.advance = std::max(t.result.advance, moved / (ADVANCE * end));
+  if (ends && last >= 0 && passed.empty()) lose(t, last, tip, d);
   if (stops) ahead = -1;
   return moved;
 }
@@ -207,8 +361,9 @@ void turn(Tracker& t, int k, double moved)
 {
   const int e = t.fr.tip_elem[k];
   double *x = &t.fr.tip[4 * static_cast<size_t>(k)], *d = x + 2;
-  const double part = std::min(1.0, moved / (TURN_OF_ZONE * zone_length(t, e)));
-  const double angle = std::atan2(d[1], d[0]) + part * turn_wanted(t, e, x, d);
+  const double line = length_through(t, e, x, d);
+  const double over = std::min(TURN_OF_ZONE * zone_length(t, e), TURN_OF_LINE * line);
+  const double angle = std::atan2(d[1], d[0]) + std::min(1.0, moved / over) * turn_wanted(t, e, x, d, line);
   d[0] = std::cos(angle);
   d[1] = std::sin(angle);
 }
@@ -227,30 +382,28 @@ void add_tip(Tracker& t, int e, const double* d)
 {
   double out[2];
   const int face = leave(t, e, t.centre(e), d, out), ahead = t.fm.across[6 * static_cast<size_t>(e) + face];
+  if (ends_line(t, e, ahead, out, d)) return lose(t, e, out, d);
   if (ahead < 0 || !tracks(t, ahead)) return;
   t.fr.tip.insert(t.fr.tip.end(), {out[0], out[1], d[0], d[1]});
   t.fr.tip_elem.push_back(ahead);
 }
 
-bool near_tip(const Tracker& t, const double* x, double radius)
+// is element e, which has begun, near a crack?
+bool near_crack(Tracker& t, int e)
 {
+  const double *x = t.centre(e), radius = reach(t, e);
+  bool found = false;
+  around(t, e, x, radius, [&](int o) { found = found || t.fr.tracked[o]; });
   for (int k = 0; k < t.ntip(); ++k) {
     const double* tip = &t.fr.tip[4 * static_cast<size_t>(k)];
-    if (t.fr.tip_elem[k] >= 0 && std::hypot(x[0] - tip[0], x[1] - tip[1]) < radius) return true;
+    found = found || (t.fr.tip_elem[k] >= 0 && t.reached[t.fr.tip_elem[k]] == t.search &&
+                      std::hypot(x[0] - tip[0], x[1] - tip[1]) < radius);
   }
-  return false;
+  return found;
 }
 
 // A re-entrant corner of the surface; the end of a slit is one of 360 degrees
-struct Corner {
-  int node = -1;
-  double into[2] = {0, 0};     // into the material, halfway between both faces
-};
-
-bool present(const Tracker& t, int e)
-{
-  return e >= 0 && t.el.initial_block[e] >= 0 && t.fr.phase[e] == AS_ELEMENT;
-}
+using Corner = TrackStart;
 
 // local index of a node in an element
 int local_of(const Tracker& t, int e, int node)
@@ -269,9 +422,6 @@ void sides(const Tracker& t, int e, int node, double* a, double* b)
     b[i] = last[i] - x[i];
   }
 }
-
-double cross(const double* a, const double* b) { return a[0] * b[1] - a[1] * b[0]; }
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1]; }
 
 // has the surface a re-entrant corner at a node?
 bool reentrant(const Tracker& t, int node, Corner& c)
@@ -300,13 +450,13 @@ bool reentrant(const Tracker& t, int node, Corner& c)
 }
 
 // the re-entrant corner near the centre of an element; of two, which are those of a blunt notch, none
-Corner corner_near(const Tracker& t, int e)
+Corner corner_near(Tracker& t, int e)
 {
   Corner found, c;
   bool blunt = false;
   const double *x = t.centre(e), radius = CORNER_SIZES * t.fm.local[e];
-  frac_in_ball(t.fm, x, 2.0 * radius, [&](int o, double) {
-    for (int a = 0; tracks(t, o) && present(t, o) && a < t.shape(o).nen; ++a) {
+  around(t, e, x, 2.0 * radius, [&](int o) {
+    for (int a = 0; present(t, o) && a < t.shape(o).nen; ++a) {
       const int node = t.m.mesh.conn.begin(o)[a];
       const double* X = t.node(o, a);
       if (node == found.node || std::hypot(X[0] - x[0], X[1] - x[1]) > radius) continue;
@@ -384,17 +534,6 @@ Start better_start(const Start& a, const Start& b)
   return b.area < (1.0 - ROUND) * a.area ? b : a;
 }
 
-// elements with a crack since this increment, within a radius: the cracks have not begun
-void undo(Tracker& t, const double* x, double radius)
-{
-  frac_in_ball(t.fm, x, radius, [&](int o, double) {
-    if (!begun(t, o) || t.fr.tracked[o] || t.el.broken(o) >= 0) return;
-    if (t.m.part.works(o)) elem_uncracked(t.el, t.l0, t.st.n, o);
-    t.opening[o] = 0.0;
-    t.undone     = true;
-  });
-}
-
 // calls mark(history) at the integration points of both levels
 template <class Mark>
 void for_history(Tracker& t, int e, Mark mark)
@@ -415,24 +554,57 @@ void mark_flank(Tracker& t, int e, int node)
   });
 }
 
-// a crack at a corner: a tip there. False: nothing can break there
-bool start_at(Tracker& t, int root, const Corner& c)
+// the start of a crack along c.d
+Start start_of(const Tracker& t, const Corner& c)
+{
+  return better_start(start_on(t, c, c.d, 1), start_on(t, c, c.d, -1));
+}
+
+// A crack that has begun in element root starts at a corner: the increment is repeated with a tip there. False:
+// nothing can break there
+bool start_at(Tracker& t, int root, Corner c)
 {
   const double* X = &t.m.mesh.X[3 * static_cast<size_t>(c.node)];
-  const double angle = std::atan2(c.into[1], c.into[0]) + turn_wanted(t, root, X, c.into);
-  const double d[2]  = {std::cos(angle), std::sin(angle)};
-  const Start s = better_start(start_on(t, c, d, 1), start_on(t, c, d, -1));
+  std::copy_n(c.into, 2, c.d);
+  const int ahead = start_of(t, c).ahead;
+  if (ahead < 0) return false;
+  const double line = length_ahead(t, ahead, X, c.d);
+  const double angle = std::atan2(c.into[1], c.into[0]) + turn_wanted(t, root, X, c.into, line);
+  c.d[0] = std::cos(angle);
+  c.d[1] = std::sin(angle);
+  const Start s = start_of(t, c);
   if (s.ahead < 0 || !tracks(t, s.ahead) || !(intact(t, s.ahead) || begun(t, s.ahead))) return false;
-  undo(t, X, reach(t, root));
+  c.root = root;
+  t.result.start.push_back(c);
+  return true;
+}
+
+// a tip at a corner, and its flank
+void add_start(Tracker& t, const Corner& c)
+{
+  const double* X = &t.m.mesh.X[3 * static_cast<size_t>(c.node)];
+  const Start s   = start_of(t, c);
   const double off = 1e-6 * s.side * t.fm.size[s.ahead];       // the node is on one side of the line
-  t.fr.tip.insert(t.fr.tip.end(), {X[0] - off * d[1], X[1] + off * d[0], d[0], d[1]});
+  t.fr.tip.insert(t.fr.tip.end(), {X[0] - off * c.d[1], X[1] + off * c.d[0], c.d[0], c.d[1]});
   t.fr.tip_elem.push_back(s.ahead);
   for (int e : s.flank) {
     if (!tracks(t, e) || !intact(t, e)) continue;
     t.fr.tracked[e] = BESIDE;
     mark_flank(t, e, c.node);
   }
-  return true;
+}
+
+// has the crack of element e started at a corner?
+bool started(Tracker& t, int e)
+{
+  const double* x = t.centre(e);
+  bool found = false;
+  for (const Corner& c : t.result.start) {
+    const double* X = &t.m.mesh.X[3 * static_cast<size_t>(c.node)];
+    if (std::hypot(X[0] - x[0], X[1] - x[1]) >= reach(t, c.root)) continue;
+    around(t, c.root, X, reach(t, c.root), [&](int o) { found = found || o == e; });
+  }
+  return found;
 }
 
 // elements that have begun apart from all cracks: the one that is open widest first, which gets two tips
@@ -444,14 +616,19 @@ void find_roots(Tracker& t)
   std::sort(all.begin(), all.end());
   for (const auto& [opening, e] : all) {
     const double* x = t.centre(e);
-    if (!begun(t, e)) continue;
-    bool beside = near_tip(t, x, reach(t, e));
-    frac_in_ball(t.fm, x, reach(t, e), [&](int o, double) { beside = beside || t.fr.tracked[o]; });
-    const Corner corner = beside ? Corner() : corner_near(t, e);
+    if (t.fr.tracked[e] || started(t, e)) continue;
+    if (near_crack(t, e)) {
+      t.fr.tracked[e] = BESIDE;
+      continue;
+    }
+    const FractureDef& f = t.m.fracture[t.fm.def[e]];
+    t.result.advance = std::max(t.result.advance, t.opening[e] * f.ft / (YOUNG * 2.0 * f.gc));
+    const Corner corner = corner_near(t, e);
     if (corner.node >= 0 && start_at(t, e, corner)) continue;
-    t.fr.tracked[e] = beside ? BESIDE : ON_PATH;
-    if (beside) continue;
-    const double axis[2] = {1.0, 0.0}, angle = turn_wanted(t, e, x, axis);
+    t.fr.tracked[e] = ON_PATH;
+    const double axis[2] = {1.0, 0.0}, first = turn_wanted(t, e, x, axis, HUGE_VAL);
+    const double along[2] = {std::cos(first), std::sin(first)};
+    const double angle    = first + turn_wanted(t, e, x, along, length_through(t, e, x, along));
     for (int side = -1; side <= 1; side += 2) {
       const double d[2] = {side * std::cos(angle), side * std::sin(angle)};
       add_tip(t, e, d);
@@ -494,17 +671,18 @@ void mark(Tracker& t)
   const auto can_begin = [&](int e) {
     return tracks(t, e) && t.fr.tracked[e] == 0 && intact(t, e);
   };
+  const auto free = [&](int e) { return t.fr.tracked[e] == FREE && intact(t, e) && !begun(t, e); };
   std::vector<char> shut(n, 0);
   for (int e = 0; e < n; ++e)
-    if (t.fr.tracked[e])
-      frac_in_ball(t.fm, t.centre(e), reach(t, e), [&](int o, double) { shut[o] = 1; });
+    if (t.fr.tracked[e] == ON_PATH || t.fr.tracked[e] == BESIDE)
+      around(t, e, t.centre(e), reach(t, e), [&](int o) { shut[o] = 1; });
   for (int k = 0; k < t.ntip(); ++k) {
     const int ahead = t.fr.tip_elem[k];
-    const double x[3] = {t.fr.tip[4 * k], t.fr.tip[4 * k + 1], 0.0};
-    if (ahead >= 0) frac_in_ball(t.fm, x, reach(t, ahead), [&](int o, double) { shut[o] = 1; });
+    if (ahead >= 0) around(t, ahead, &t.fr.tip[4 * k], reach(t, ahead), [&](int o) { shut[o] = 1; });
   }
   for (int e = 0; e < n; ++e) {
-    if (!can_begin(e)) continue;
+    if (free(e)) shut[e] = 0;
+    else if (!can_begin(e)) continue;
     const MatLaw& law = t.block(e).law;
     for_history(t, e, [&](int, double* h) { shut[e] ? crack_shut(law, h) : crack_free(law, h); });
   }
@@ -513,29 +691,43 @@ void mark(Tracker& t)
   for (int k = 0; k < t.ntip(); ++k) {
     const double *tip = &t.fr.tip[4 * static_cast<size_t>(k)], *d = tip + 2;
     double x[2] = {tip[0], tip[1]}, length = 0.0;
-    for (int e = t.fr.tip_elem[k]; e >= 0 && can_begin(e) && length < reach(t, e);) {
+    for (int e = t.fr.tip_elem[k]; e >= 0 && (can_begin(e) || free(e)) && length < reach(t, e);) {
       double out[2];
-      mark_line(t, e, x, d);
+      if (!free(e)) mark_line(t, e, x, d);
       const int face = leave(t, e, x, d, out);
       length += std::hypot(out[0] - x[0], out[1] - x[1]);
       std::copy_n(out, 2, x);
-      e = t.fm.across[6 * static_cast<size_t>(e) + face];
+      const int next = t.fm.across[6 * static_cast<size_t>(e) + face];
+      e = ends_line(t, e, next, x, d) ? -1 : next;
     }
   }
 }
 
 }  // namespace
 
-bool frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l0,
-                State& st)
+void frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, State& st,
+                TrackResult& result)
 {
-  Tracker t{m, s, el, fm, l0, st, st.frac, {}};
-  if (t.fr.tracked.empty()) t.fr.tracked.assign(m.mesh.nelem(), 0);
+  result = TrackResult();
+  Tracker t{m, s, el, fm, st, st.frac, result, {}, {}};
+  if (t.fr.tracked.empty()) begin(t);
   find_openings(t);
   grow(t, 0);
+  spread_free(t);
   const int old = t.ntip();
   find_roots(t);
+  if (!result.start.empty()) return;
   grow(t, old);
   mark(t);
-  return t.undone;
+}
+
+void frac_start(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
+                const std::vector<TrackStart>& start, State& st)
+{
+  TrackResult none;
+  Tracker t{m, s, el, fm, st, st.frac, none, {}, {}};
+  if (t.fr.tracked.empty()) begin(t);
+  find_openings(t);
+  for (const TrackStart& c : start) add_start(t, c);
+  mark(t);
 }

@@ -328,6 +328,17 @@ void crack_line(const MatLaw& law, const double* G, const double* N, double* h)
   set_mark(law, p / size * g, -1.0 / size, h);
 }
 
+bool crack_begin(const MatLaw& law, const double* h_np1, double* h_n)
+{
+  const double SMALL = 1e-6;           // of the opening at zero traction
+  const int first    = law_field(law_of(law), HISTORY_CRACK);
+  const double* next = h_np1 + first;
+  double* crack      = h_n + first;
+  if (crack[CRACK_WIDTH] >= 0.0 || crack[CRACK_OPENING] > 0.0 || next[CRACK_OPENING] == 0.0) return false;
+  crack[CRACK_OPENING] = SMALL * crack_open(law.crack);
+  return true;
+}
+
 void crack_shut(const MatLaw& law, double* h) { set_mark(law, Vec3::Zero(), -1.0, h); }
 
 void crack_free(const MatLaw& law, double* h) { set_mark(law, Vec3::Zero(), 0.0, h); }

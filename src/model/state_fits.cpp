@@ -154,7 +154,7 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
   if (!real(f.normal, 3 * n) || !real(f.time, n)) return false;
   if (f.drive.size() != f.mean.size() || (!f.drive.empty() && (!real(f.drive, n) || !real(f.mean, n))))
     return false;
-  if (!f.tracked.empty() && !index(f.tracked, n, 0, 3)) return false;
+  if (!f.tracked.empty() && !index(f.tracked, n, 0, 4)) return false;
   const std::size_t tips = f.tip_elem.size();
   if (!real(f.tip, 4 * tips) || !index(f.tip_elem, tips, -1, static_cast<int>(n))) return false;
   if (!index(f.releasing, 0, static_cast<int>(n)) || !distinct(f.releasing, nelem)) return false;

@@ -171,8 +171,8 @@ void print_strength(std::FILE* file, const FractureDef& f, const Material& mat, 
   const double E = mat.young, E1 = plane == PLANE_STRESS ? E : E / (1.0 - mat.poisson * mat.poisson);
   if (f.criterion == CRITERION_COHESIVE) {
     const double zone = E * f.gc / (f.ft * f.ft);
-    std::fprintf(file, ", strength %.4g, E Gc/ft^2 = %.4g: %.3g %s\n", f.ft, zone, zone / h,
-                 f.body < 0 ? "elements" : "cells");
+    std::fprintf(file, ", strength %.4g, E Gc/ft^2 = %.4g: %.3g %s%s\n", f.ft, zone, zone / h,
+                 f.body < 0 ? "elements" : "cells", f.track ? "; cracks along lines (TRACK)" : "");
     return;
   }
   if (f.criterion == CRITERION_GRIFFITH && f.epsilon == 0.0 && f.drive == SPLIT_RCE) {

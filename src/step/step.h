@@ -540,6 +540,8 @@ struct BreakWatch {
   bool on = false;             // the increment may be cut
   double value0 = 0.0;         // criterion of first at the start of the increment
   FirstBreak first;            // first element to break, at the end of the increment
+  bool shortens = false;       // TRACK: the increment may be cut to half
+  TrackResult track;           // of the increment
 };
 
 // step_undo_point, step_undo : save and restore the state before an increment, with elements, points and

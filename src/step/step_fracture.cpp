@@ -215,14 +215,39 @@ void book_leap(Problem& p, const Step& s, double& account)
   ledger_balance(p.m.dim, p.st.n, p.st);
 }
 
-// statics, TRACK: where cracks may grow in the next increment; true: cracks have begun anew on their lines
-bool track_cracks(Problem& p, const Step& s, UndoPoint& before)
+// warns once of a line that ends before elements that cannot break, or are stronger, or has no room to turn
+void warn_lost(Problem& p, int elem)
+{
+  const int label = comm_allreduce_max(elem >= 0 ? p.m.mesh.elem_label[elem] : -1);
+  if (label < 0 || !p.warned.insert("line of a crack lost").second) return;
+  log_warn("time %.8g: at element %d a crack has no room to turn, or meets elements that cannot break or are "
+           "stronger: there it grows as without TRACK, and may follow the rows of the mesh",
+           p.st.n.time, label);
+}
+
+// statics, TRACK: where cracks may grow in the next increment. CRITERION_EXCEEDED: the increment is too long,
+// or is to be repeated with cracks that start at corners
+Failure track_cracks(Problem& p, const Step& s, UndoPoint& before, BreakWatch& w)
 {
   const auto tracks = [](const FractureDef& f) { return f.track; };
-  if (std::none_of(p.m.fracture.begin(), p.m.fracture.end(), tracks)) return false;
+  w.track = TrackResult();
+  if (std::none_of(p.m.fracture.begin(), p.m.fracture.end(), tracks)) return STATUS_OK;
   Timer timer(PHASE_FRACTURE);
   step_undo_state(p.st, before);
-  return frac_track(p.m, s, p.d.el, p.d.fm, before.n, p.st);
+  frac_track(p.m, s, p.d.el, p.d.fm, p.st, w.track);
+  if (w.shortens && w.track.advance > 1.0) {
+    w.track.start.clear();
+    char text[100];
+    std::snprintf(text, sizeof text, "a crack grows by %.3g of its largest advance in an increment",
+                  w.track.advance);
+    return {CRITERION_EXCEEDED, text};
+  }
+  if (!w.track.start.empty()) {
+    const int node = p.m.mesh.node_label[w.track.start.front().node];
+    return {CRITERION_EXCEEDED, "a crack starts at node " + std::to_string(node)};
+  }
+  warn_lost(p, w.track.lost);
+  return STATUS_OK;
 }
 
 // CRITERION_EXCEEDED: the load of the first fracture lies well inside the increment                (7.25)
@@ -279,12 +304,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     if (converts && s.proc == PROC_DYNAMIC)
       frac_to_release(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) {
-      if (!track_cracks(p, s, before)) return STATUS_OK;
-      p.ready = false;
-      Failure failure = step_prepare(p, s);
-      if (failure.ok()) failure = settle(p, s, t_step, energy);
-      if (!failure.ok()) return failure;
-      continue;
+      return track_cracks(p, s, before, watch);
     }
     const ForceChange change = force_change(p, s, erode, convert.empty() && torn.empty());
     Failure failure = apply(p, s, t_step, erode, torn, convert, change, before);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/timer.h"
+#include "mat/law.h"
 #include "step/step.h"
 
 namespace {
@@ -401,6 +402,25 @@ const double RELAXATION = 1.8;
 const int FOLLOWS_FROM = 3;
 const double FOLLOWS_BELOW = 0.01;
 
+// the secant has been tried this often in vain: cracks that have begun stay open  (no test)
+const int MANY_ITERATIONS = 32;
+
+// Cracks on lines that have begun in this iteration count as begun at the start of the increment: where they
+// begin, and where they are pressed before, the traction changes by a jump (2.36c), over which iterations may
+// hop for ever
+void keep_open(const Elements& el, State& st)
+{
+  for (const ElemBlock& b : el.block) {
+    if (!b.opens() || b.law.kind != LAW_COHESIVE) continue;
+    for (int e : b.elem) {
+      if (!elem_cracked(st.np1, e) || el.broken(e) >= 0) continue;
+      for (int g = el.gauss_of[e]; g < el.gauss_of[e + 1]; ++g)
+        if (crack_begin(b.law, history_at(st.np1.he, el.history, g), history_at(st.n.he, el.history, g)))
+          st.n.cracked[e] = 1;
+    }
+  }
+}
+
 //   in   before   residual of the last iteration; 0: supports have moved since
 //        du       before the correction;   advance  RIKS: of the load time in it
 Failure descend(Problem& p, Attempt& a, double before, double advance, RealVec& du, Descent& d, Residual& b)
@@ -517,6 +537,7 @@ Failure step_newton(Problem& p, Attempt& a)
     // RIKS: the first residual belongs to the last load
     const bool judged = reached && (it > 1 || !a.arc.on);
     if (a.newton.opens) failure = descend(p, a, judged ? before : 0.0, advance, trial, descent, b);
+    if (a.newton.opens && descent.next >= MANY_ITERATIONS) keep_open(p.d.el, p.st);
     if (!failure.ok()) return failure;
     stale = b.free_norm < least ? 0 : stale + 1;
     least = std::min(least, b.free_norm);

@@ -23,6 +23,10 @@ const double WARN_STATIC = 0.2;
 const int CRAWL_INCREMENTS = 100;
 const double CRAWL_PART = 1e-3;
 
+// TRACK: an increment is not cut below this part of its step for the advance of a crack
+// (test: strength/l_panel_track.inp)
+const double LEAST_OF_STEP = 0.005;
+
 // Explicit increments between two checks for compressed elements: time only  (no test)
 const int COMPRESSED_EVERY = 100;
 
@@ -380,6 +384,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   State& st = p.st;
   StepClock& clock = st.clock;
   inc.shorter = 0.5 * inc.dt;
+  inc.watch.track = TrackResult();
   Failure failure = step_increment(p, s, s.arc.on ? clock.load : clock.t, inc.dt, inc.energy, &inc.half);
   if (failure.status == HALF_RESIDUAL) inc.shorter = inc.half.shorter;
   inc.known = false;
@@ -396,8 +401,10 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   }
   const double t = s.arc.on ? clock.load : clock.t + inc.dt;
   inc.known = s.explicit_steps() && frac_uses_energy(p.m) && step_tests(p, s, st.n.time);
+  inc.watch.shortens = inc.watch.on && st.log.cuts < s.ctl.max_cut &&
+                       inc.shorter >= std::max(s.dt_min, LEAST_OF_STEP * s.period);
   failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
-  if (failure.status == CRITERION_EXCEEDED &&
+  if (failure.status == CRITERION_EXCEEDED && inc.watch.track.advance == 0.0 &&
       !cut_to_break(p.m, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
     inc.watch.on = false;
     failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
@@ -438,6 +445,27 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   if (s.direct) st.clock.easy = 0;
   if (failure.status != CRITERION_EXCEEDED) st.clock.dt = inc.shorter;
   return true;
+}
+
+// TRACK: cracks start at corners: the increment is repeated from t(n), with the ledger of before, and with
+// the lines of these cracks. False: the increment failed for another reason
+bool start_cracks(Problem& p, const Step& s, const Ledger& before, Increment& inc, const Failure& failure,
+                  Output& out)
+{
+  if (failure.status != CRITERION_EXCEEDED || inc.watch.track.start.empty()) return false;
+  State& st = p.st;
+  StepClock clock = st.clock;
+  step_undo(p, inc.undo);
+  out_erosion_undo(out);
+  clock.load      = inc.clock.load;
+  clock.load_most = inc.clock.load_most;
+  clock.ended     = inc.clock.ended;
+  st.clock  = clock;
+  st.ledger = before;
+  frac_start(p.m, s, p.d.el, p.d.fm, inc.watch.track.start, st);
+  begin_undo(st, true, inc);
+  log_note("  %s: the increment is repeated with its line", failure.note.c_str());
+  return step_prepare(p, s).ok();
 }
 
 // half-increment residual relative to its limit; 0: not requested, or nothing moves
@@ -568,6 +596,10 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     while (failure.ok()) {
       const Ledger before = st.ledger;
       failure = attempt(p, s, inc, out);
+      if (start_cracks(p, s, before, inc, failure, out)) {
+        failure = STATUS_OK;
+        continue;
+      }
       if (failure.ok() || !cut(p, s, before, inc, failure, out)) break;
       failure = STATUS_OK;
     }
