@@ -292,7 +292,8 @@ bool ends_line(const Tracker& t, int e, int ahead, const double* from, const dou
 void begin(Tracker& t)
 {
   const int n = t.m.mesh.nelem();
-  const int FACES = 3;
+  const int FACES = 3, ROW = 4;        // elements in a row, at least
+  int rows = 0;
   std::vector<char> edge(n, 0), wide(n, 0);
   const auto neighbours = [&](int e, auto use) {
     for (int f = 0; f < t.shape(e).nface; ++f) {
@@ -312,7 +313,7 @@ void begin(Tracker& t)
   for (int e = 0; e < n; ++e) {
     if (!tracks(t, e) || wide[e]) continue;
     t.fr.tracked[e] = FREE;
-    t.result.lost   = e;
+    if (++rows >= ROW) t.result.lost = e;
   }
 }
 
