@@ -119,7 +119,8 @@ void kw_eigenfracture(Card& card, Model& model)
   f.tolerance = card_param_real(card, "TOLERANCE", f.tolerance, from_to(0.0, 1.0));
   f.softening = static_cast<Softening>(
       std::max(0, card_param_word(card, "SOFTENING", "LINEAR|BILINEAR|EXPONENTIAL", SOFTENING_LINEAR)));
-  f.track     = card_param_yes(card, "TRACK", false, f.criterion == CRITERION_COHESIVE && !card_param(card, "BODY"));
+  f.track     = card_param_yes(card, "TRACK", false,
+                               f.criterion == CRITERION_COHESIVE && !card_param(card, "BODY"));
   f.seed      = card_param_int(card, "SEED", 1, 0, 2147483647);
   read_order(card, f);
   check_words(card, f);

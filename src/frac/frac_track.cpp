@@ -27,8 +27,8 @@ const double CORNER_SIZES = 1.5;
 // the weight exp(-d^2/2r^2) of the mean ends here, in radii  (no test)
 const double CUT = 2.5;
 
-// the whole advance of a tip is one in which half the radius around a crack opens; a crack is wide at its first
-// increment when it has opened by a fifth of 2 Gc/ft  (test: strength/l_panel_track.inp)
+// Largest in one increment: advance of a tip, of the reach of a crack; opening of a new crack, of 2 Gc/ft
+// (test: strength/l_panel_track.inp, with du=0.8)
 const double ADVANCE = 0.5, YOUNG = 0.2;
 
 // Fracture::tracked
@@ -287,8 +287,8 @@ bool ends_line(const Tracker& t, int e, int ahead, const double* from, const dou
   return true;
 }
 
-// First marks: elements that may break, and touch what ends a line as all others within three faces do, are a row,
-// in which a line has no room to turn: they begin as (2.33)
+// First marks: elements that may break, and touch what ends a line as all others within three faces do, are
+// a row, in which a line has no room to turn: they begin as (2.33)
 void begin(Tracker& t)
 {
   const int n = t.m.mesh.nelem();
@@ -350,9 +350,12 @@ double advance(Tracker& t, int k)
   }
   // it meets a crack, a hole, or what cannot break
   const bool stops = ahead >= 0 && (t.fr.tracked[ahead] == ON_PATH || !tracks(t, ahead) ||
-                                    !(begun(t, ahead) || intact(t, ahead)) || (ends && last >= 0 && passed.empty()));
+                                    !(begun(t, ahead) || intact(t, ahead)));
   t.result.advance = std::max(t.result.advance, moved / (ADVANCE * end));
-  if (ends && last >= 0 && passed.empty()) lose(t, last, tip, d);
+  if (ends && last >= 0 && passed.empty()) {
+    lose(t, last, tip, d);
+    ahead = -1;
+  }
   if (stops) ahead = -1;
   return moved;
 }
@@ -561,8 +564,8 @@ Start start_of(const Tracker& t, const Corner& c)
   return better_start(start_on(t, c, c.d, 1), start_on(t, c, c.d, -1));
 }
 
-// A crack that has begun in element root starts at a corner: the increment is repeated with a tip there. False:
-// nothing can break there
+// A crack that has begun in element root starts at a corner: the increment is repeated with a tip there.
+// False: nothing can break there
 bool start_at(Tracker& t, int root, Corner c)
 {
   const double* X = &t.m.mesh.X[3 * static_cast<size_t>(c.node)];

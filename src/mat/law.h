@@ -203,8 +203,8 @@ const double* crack_normal_like(const MatLaw& law, const double* h, const double
 //   the side of the unit normal N [3] of the line, not 0
 // crack_shut : does not crack
 // crack_free : cracks as (2.33)
-// crack_begin : a crack along a line that is open in h_np1 has begun in h_n, with next to no opening. False: it is
-// not along a line, or has begun already
+// crack_begin : a crack along a line that is open in h_np1 begins in h_n, with next to no opening. False: it
+// is not along a line, or has begun already
 void crack_line(const MatLaw& law, const double* G, const double* N, double* h);
 bool crack_begin(const MatLaw& law, const double* h_np1, double* h_n);
 void crack_shut(const MatLaw& law, double* h);
