@@ -151,7 +151,7 @@ void add_tension(const Eigen::Matrix2d& sig, double weight, double* S)
 struct Term { int number; double S[3]; };
 
 // Tensile stress in the plane around x, of elements of all ranks in the order of the deck         (2.36d).
-// Elements that may break are those connected with e
+// Elements are of the material of e; those that may break are connected with it
 void mean_stress(Tracker& t, int e, const double* x, double r, double* S)
 {
   std::vector<Term> all;
@@ -159,7 +159,7 @@ void mean_stress(Tracker& t, int e, const double* x, double r, double* S)
   around(t, e, x, CUT * r, [](int) {});
   frac_in_ball(t.fm, at, CUT * r, [&](int o, double) {
     if (t.el.initial_block[o] < 0 || !intact(t, o) || !t.m.part.works(o)) return;
-    if (tracks(t, o) && t.reached[o] != t.search) return;
+    if ((tracks(t, o) && t.reached[o] != t.search) || frac_other_material(t.el, e, o)) return;
     Term term{t.m.part.elem_number(o), {0, 0, 0}};
     for (int g = 0; g < t.shape(o).ngp; ++g) {
       IpFields f;
@@ -252,9 +252,17 @@ void spread_free(Tracker& t)
   for (int e : all) free_around(t, e, t.centre(e), MEAN_SIZES * t.fm.local[e], NOWHERE);
 }
 
-// the line of a tip along d ends at x, after element e
+// The line of a tip along d ends at x, after element e. Square to a border there is nothing ahead, and the
+// crack stops
 void lose(Tracker& t, int e, const double* x, const double* d)
 {
+  const double AHEAD = 1.5;            // sizes of an element
+  bool found = false;
+  around(t, e, x, reach(t, e), [&](int o) {
+    const double to[2] = {t.centre(o)[0] - x[0], t.centre(o)[1] - x[1]};
+    found = found || dot(to, d) > AHEAD * t.fm.size[o];
+  });
+  if (!found) return;
   t.result.lost = e;
   free_around(t, e, x, reach(t, e), d);
 }
