@@ -443,7 +443,7 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   st.clock.cuts = inc.cuts + st.log.cuts;
   inc.dt = inc.shorter;
   if (s.direct) st.clock.easy = 0;
-  if (failure.status != CRITERION_EXCEEDED) st.clock.dt = inc.shorter;
+  if (failure.status != CRITERION_EXCEEDED || inc.watch.track.advance > 0.0) st.clock.dt = inc.shorter;
   return true;
 }
 
