@@ -3,11 +3,27 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/comm.h"
+
 namespace {
 
 const int LEAF = 8;            // boxes of a leaf: time only  (no test)
 
 }  // namespace
+
+void box_join(BoundingBox& b)
+{
+  double most[6];
+  for (int i = 0; i < 3; ++i) {
+    most[i]     = -b.lo[i];
+    most[3 + i] = b.hi[i];
+  }
+  comm_max(most, 6);
+  for (int i = 0; i < 3; ++i) {
+    b.lo[i] = -most[i];
+    b.hi[i] = most[3 + i];
+  }
+}
 
 BoxTree::BoxTree(const std::vector<BoundingBox>& box) : box_(box), item_(box.size())
 {

@@ -10,27 +10,38 @@
 
 #include "base/types.h"
 
-struct BoundingBox {
-  double lo[3], hi[3];
+struct BoundingBox {           // at first of nothing
+  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
 };
 
-const BoundingBox box_of_nothing = {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
-
-// box_take : enlarges b to contain the box from lo [3] to hi [3]
-inline void box_take(BoundingBox& b, const double* lo, const double* hi)
+// box_take : enlarges b to contain the position x, or the box from lo to hi                   [dim]
+inline void box_take(BoundingBox& b, const double* lo, const double* hi, int dim = 3)
 {
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < dim; ++i) {
     b.lo[i] = std::min(b.lo[i], lo[i]);
     b.hi[i] = std::max(b.hi[i], hi[i]);
   }
 }
+inline void box_take(BoundingBox& b, const double* x, int dim = 3) { box_take(b, x, x, dim); }
 
-inline bool boxes_meet(const BoundingBox& a, const BoundingBox& b)
+// box_grow : moves all sides outwards
+inline void box_grow(BoundingBox& b, double by, int dim = 3)
 {
-  for (int i = 0; i < 3; ++i)
+  for (int i = 0; i < dim; ++i) {
+    b.lo[i] -= by;
+    b.hi[i] += by;
+  }
+}
+
+inline bool boxes_meet(const BoundingBox& a, const BoundingBox& b, int dim = 3)
+{
+  for (int i = 0; i < dim; ++i)
     if (a.lo[i] > b.hi[i] || b.lo[i] > a.hi[i]) return false;
   return true;
 }
+
+// box_join : the box of the boxes of all ranks. Collective.
+void box_join(BoundingBox& b);
 
 class BoxTree {
 public:

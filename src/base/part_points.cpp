@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/box_tree.h"
 #include "base/part_points.h"
 
 namespace {
@@ -14,22 +15,22 @@ struct Box {
   double size = 0.0, work = 0.0;
 };
 
+// sides of the box of the items [3]
+void find_sides(const RealVec& X, const int* begin, const int* end, double* side)
+{
+  BoundingBox box;
+  for (const int* e = begin; e != end; ++e) box_take(box, &X[3 * static_cast<size_t>(*e)]);
+  for (int i = 0; i < 3; ++i) side[i] = std::max(box.hi[i] - box.lo[i], 0.0);
+}
+
 Box find_box(const RealVec& X, const RealVec& work, const int* begin, const int* end)
 {
   Box box;
-  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
-  for (const int* e = begin; e != end; ++e) {
-    box.work += work[*e];
-    for (int i = 0; i < 3; ++i) {
-      lo[i] = std::min(lo[i], X[3 * static_cast<size_t>(*e) + i]);
-      hi[i] = std::max(hi[i], X[3 * static_cast<size_t>(*e) + i]);
-    }
-  }
-  for (int i = 0; i < 3; ++i)
-    if (hi[i] - lo[i] > box.size) {
-      box.side = i;
-      box.size = hi[i] - lo[i];
-    }
+  double side[3];
+  find_sides(X, begin, end, side);
+  for (const int* e = begin; e != end; ++e) box.work += work[*e];
+  box.side = static_cast<int>(std::max_element(side, side + 3) - side);
+  box.size = side[box.side];
   return box;
 }
 
@@ -94,18 +95,6 @@ struct Cut {
   size_t left = 0;             // number of items of the first part
   double surplus = 1e300;      // excess work, and items at the cut, as fractions of all
 };
-
-// sides of the box of the items [3]
-void find_sides(const RealVec& X, const int* begin, const int* end, double* side)
-{
-  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
-  for (const int* e = begin; e != end; ++e)
-    for (int i = 0; i < 3; ++i) {
-      lo[i] = std::min(lo[i], X[3 * static_cast<size_t>(*e) + i]);
-      hi[i] = std::max(hi[i], X[3 * static_cast<size_t>(*e) + i]);
-    }
-  for (int i = 0; i < 3; ++i) side[i] = std::max(hi[i] - lo[i], 0.0);
-}
 
 // size of the space of each of n items, as if they filled their box
 double spacing(const double* side, size_t n)

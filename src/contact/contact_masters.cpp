@@ -44,7 +44,7 @@ void add_points(const Model& m, const Points& pts, const RealVec& u, const RealV
   });
   for (int q = 0; q < pts.npoint; ++q) {
     if (!point_counts(m, pts, q)) continue;
-    NearFace p = {-1, 0.0, box_of_nothing, def, NEAR_SLAVE};
+    NearFace p = {-1, 0.0, {}, def, NEAR_SLAVE};
     p.point = pts.point_number(q);
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
       for (const int* i = at.begin(pts.conn.item[k]); i != at.begin(pts.conn.item[k] + 1); ++i) {

@@ -15,15 +15,6 @@ namespace {
 // (test: Divided.NearElementsAreOuterOnes)
 const double OUTER_MARGIN = 1.5;
 
-BoundingBox grown(BoundingBox b, double by)
-{
-  for (int i = 0; i < 3; ++i) {
-    b.lo[i] -= by;
-    b.hi[i] += by;
-  }
-  return b;
-}
-
 // is the element or the point of a face stored here? Outer elements may lack their points
 bool stored(const MeshPart& part, const Points& pts, const NearFace& f)
 {
@@ -35,7 +26,7 @@ bool stored(const MeshPart& part, const Points& pts, const NearFace& f)
 // the box around all faces
 BoundingBox box_of(const std::vector<NearFace>& face)
 {
-  BoundingBox all = box_of_nothing;
+  BoundingBox all;
   for (const NearFace& f : face) box_take(all, f.box.lo, f.box.hi);
   return all;
 }
@@ -50,11 +41,10 @@ std::vector<NearFace> near_faces(const Model& m, const Points& pts, const std::v
     const MasterFace f = master_face(m, pts, s.points, {s.elem, s.face}, u, uc);
     const int e        = s.element(pts);
     NearFace near = {e < 0 ? -1 : m.part.elem_number(e), f.size, {}};
-    std::copy_n(f.lo, 3, near.box.lo);
-    std::copy_n(f.hi, 3, near.box.hi);
+    box_take(near.box, f.lo, f.hi);
     if (e < 0) near.point = pts.point_number(s.elem);
     near.converted = s.points && e >= 0;
-    near.box = grown(near.box, reach.fraction * f.size + 0.5 * (reach.motion + reach.margin));
+    box_grow(near.box, reach.fraction * f.size + 0.5 * (reach.motion + reach.margin));
     out.push_back(near);
   }
   return out;
@@ -107,7 +97,8 @@ void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std
   std::vector<BoundingBox> box;
   int elements = 0;            // upper bound of the element numbers
   for (const NearFace& f : face) {
-    box.push_back(grown(f.box, OUTER_MARGIN * f.size));
+    box.push_back(f.box);
+    box_grow(box.back(), OUTER_MARGIN * f.size);
     elements = std::max(elements, f.elem + 1);
   }
   const BoxTree tree(box);

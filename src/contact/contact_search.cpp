@@ -45,23 +45,6 @@ void nearest_held(const std::vector<MasterFace>& face, const IntVec& near, const
   }
 }
 
-struct Box {
-  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
-  void add(const double* low, const double* high, int dim)
-  {
-    for (int i = 0; i < dim; ++i) {
-      lo[i] = std::min(lo[i], low[i]);
-      hi[i] = std::max(hi[i], high[i]);
-    }
-  }
-  bool apart(const Box& b, double reach, int dim) const
-  {
-    for (int i = 0; i < dim; ++i)
-      if (lo[i] > b.hi[i] + reach || hi[i] < b.lo[i] - reach) return true;
-    return false;
-  }
-};
-
 // stores the contact of a bond: the mean of the faces                              (4.9)
 void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, ContactPairs& pairs)
 {
@@ -90,20 +73,21 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
 // The master surface of a pair: the faces of this rank; box and longest edge of all ranks
 struct Masters {
   std::vector<MasterFace> face;
-  Box box;
+  BoundingBox box;
   double reach = 0.0;
 };
 
 // Both sides of each pair [bond]: boxes of the contact points, and masters. at_start: faces of t = 0, even if
 // their elements have broken since. Collective with a divided model
 void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
-                const RealVec& uc, const RealVec& xb, std::vector<Box>& slave, std::vector<Masters>& master)
+                const RealVec& uc, const RealVec& xb, std::vector<BoundingBox>& slave,
+                std::vector<Masters>& master)
 {
   slave.resize(m.bond.size());
   master.resize(m.bond.size());
   if (!model_has_pairs(m)) return;
   for (int b = 0; b < bonds.nbond; ++b)
-    if (m.bond[bonds.def[b]].pair()) slave[bonds.def[b]].add(&xb[b * m.dim], &xb[b * m.dim], m.dim);
+    if (m.bond[bonds.def[b]].pair()) box_take(slave[bonds.def[b]], &xb[b * m.dim], m.dim);
   RealVec all;
   for (size_t d = 0; d < m.bond.size(); ++d) {
     Masters& s = master[d];
@@ -112,9 +96,9 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
       s.face.push_back(master_face(m, pts, f.points, {f.elem, f.face}, u, uc));
     for (const MasterFace& f : s.face) {
       s.reach = std::max(s.reach, f.size);
-      s.box.add(f.lo, f.hi, m.dim);
+      box_take(s.box, f.lo, f.hi, m.dim);
     }
-    for (const Box& box : {slave[d], s.box})
+    for (const BoundingBox& box : {slave[d], s.box})
       for (int i = 0; i < 3; ++i) all.insert(all.end(), {-box.lo[i], box.hi[i]});
     all.push_back(s.reach);
   }
@@ -123,7 +107,7 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
   const double* x = all.data();
   for (size_t d = 0; d < m.bond.size(); ++d) {
     if (!m.bond[d].pair()) continue;
-    for (Box* box : {&slave[d], &master[d].box})
+    for (BoundingBox* box : {&slave[d], &master[d].box})
       for (int i = 0; i < 3; ++i) {
         box->lo[i] = -*x++;
         box->hi[i] = *x++;
@@ -135,13 +119,16 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
 // Searches for bonds first ... last-1 of one definition, unless the boxes of the two surfaces do not overlap;
 // returns true in that case. all: include contact points that other ranks own; given: the deck specifies the
 // penalty; slip: gaps at the end of the last increment
-bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& slave, const Masters& master,
-                 bool all, bool given, const RealVec& xb, const RealVec& slip, ContactPairs& pairs)
+bool search_pair(const Bonds& bonds, int dim, int first, int last, const BoundingBox& slave,
+                 const Masters& master, bool all, bool given, const RealVec& xb, const RealVec& slip,
+                 ContactPairs& pairs)
 {
   std::vector<Hit> hits;
   std::vector<BoundingBox> box;
   IntVec near;
-  const bool apart = slave.apart(master.box, master.reach, dim);
+  BoundingBox around = master.box;
+  box_grow(around, master.reach, dim);
+  const bool apart = !boxes_meet(slave, around, dim);
   for (const MasterFace& f : master.face) {
     if (apart) break;
     box.emplace_back();
@@ -559,7 +546,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   RealVec state(m.bond.size(), 0.0);
   const int all = model_general_contact(m);
   if (all >= 0 && scene) state[all] = scene->near.item.empty() ? 1.0 : 2.0;
-  std::vector<Box> slave;
+  std::vector<BoundingBox> slave;
   std::vector<Masters> master;
   pair_sides(m, pts, bonds, at_start, u, uc, xb, slave, master);
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds are sorted by definition

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/box_tree.h"
 #include "base/comm.h"
 #include "base/log.h"
 #include "point/point.h"
@@ -120,28 +121,13 @@ struct Cell {
   int number;                  // of the element in the mesh of the deck, or of the point among all points
   Shape shape;
   double x[24];                // [nen*dim]
-  double lo[3], hi[3];
+  BoundingBox box;
 };
 
 struct Part {
   std::vector<Cell> cell;
-  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
+  BoundingBox box;
 };
-
-bool apart(const double* lo1, const double* hi1, const double* lo2, const double* hi2, int dim)
-{
-  for (int i = 0; i < dim; ++i)
-    if (lo1[i] > hi2[i] || lo2[i] > hi1[i]) return true;
-  return false;
-}
-
-void grow_box(Part& part, const Cell& c, int dim)
-{
-  for (int i = 0; i < dim; ++i) {
-    part.lo[i] = std::min(part.lo[i], c.lo[i]);
-    part.hi[i] = std::max(part.hi[i], c.hi[i]);
-  }
-}
 
 void add_cell(Part& part, int number, Shape shape, int nen, int dim, const double* x)
 {
@@ -149,14 +135,8 @@ void add_cell(Part& part, int number, Shape shape, int nen, int dim, const doubl
   c.number = number;
   c.shape  = shape;
   std::copy(x, x + nen * dim, c.x);
-  for (int i = 0; i < dim; ++i) {
-    c.lo[i] = c.hi[i] = x[i];
-    for (int a = 1; a < nen; ++a) {
-      c.lo[i] = std::min(c.lo[i], x[a * dim + i]);
-      c.hi[i] = std::max(c.hi[i], x[a * dim + i]);
-    }
-  }
-  grow_box(part, c, dim);
+  for (int a = 0; a < nen; ++a) box_take(c.box, x + a * dim, dim);
+  box_take(part.box, c.box.lo, c.box.hi, dim);
   part.cell.push_back(c);
 }
 
@@ -191,38 +171,21 @@ Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealV
   return part;
 }
 
-// divided model: the box of the cells of all ranks
-void join_box(Part& part)
-{
-  double box[6];
-  for (int i = 0; i < 3; ++i) {
-    box[i]     = -part.lo[i];
-    box[3 + i] = part.hi[i];
-  }
-  comm_max(box, 6);
-  for (int i = 0; i < 3; ++i) {
-    part.lo[i] = -box[i];
-    part.hi[i] = box[3 + i];
-  }
-}
-
 // divided model: the cells of all ranks in and close to the box of another part, in the order of one rank
 Part gather_close(const Part& own, const Part& other, int dim)
 {
-  Part all, box = other;
+  Part all;
+  BoundingBox box = other.box;
   double size = 0.0;
-  for (int i = 0; i < dim; ++i) size = std::max(size, other.hi[i] - other.lo[i]);
-  for (int i = 0; i < dim; ++i) {
-    box.lo[i] -= 0.01 * size;
-    box.hi[i] += 0.01 * size;
-  }
-  if (apart(own.lo, own.hi, box.lo, box.hi, dim)) return all;
+  for (int i = 0; i < dim; ++i) size = std::max(size, box.hi[i] - box.lo[i]);
+  box_grow(box, 0.01 * size, dim);
+  if (!boxes_meet(own.box, box, dim)) return all;
   for (const Cell& c : own.cell)
-    if (!apart(c.lo, c.hi, box.lo, box.hi, dim)) all.cell.push_back(c);
+    if (boxes_meet(c.box, box, dim)) all.cell.push_back(c);
   comm_allgatherv(all.cell);
   std::sort(all.cell.begin(), all.cell.end(),
             [](const Cell& a, const Cell& b) { return a.number < b.number; });
-  for (const Cell& c : all.cell) grow_box(all, c, dim);
+  for (const Cell& c : all.cell) box_take(all.box, c.box.lo, c.box.hi, dim);
   return all;
 }
 
@@ -238,7 +201,7 @@ struct Bins {
 
 int bin_of(const Bins& b, double x, int i)
 {
-  return std::min(std::max(static_cast<int>((x - b.part.lo[i]) / b.h[i]), 0), b.n[i] - 1);
+  return std::min(std::max(static_cast<int>((x - b.part.box.lo[i]) / b.h[i]), 0), b.n[i] - 1);
 }
 
 Bins make_bins(const Part& part, int dim)
@@ -247,14 +210,14 @@ Bins make_bins(const Part& part, int dim)
   const double side = std::pow(static_cast<double>(part.cell.size()), 1.0 / dim);
   for (int i = 0; i < dim; ++i) {
     b.n[i] = std::max(1, static_cast<int>(side));
-    b.h[i] = std::max((part.hi[i] - part.lo[i]) / b.n[i], 1e-300);
+    b.h[i] = std::max((part.box.hi[i] - part.box.lo[i]) / b.n[i], 1e-300);
   }
   b.list.resize(static_cast<size_t>(b.n[0]) * b.n[1] * b.n[2]);
   for (size_t c = 0; c < part.cell.size(); ++c) {
     int lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
-      lo[i] = bin_of(b, part.cell[c].lo[i], i);
-      hi[i] = bin_of(b, part.cell[c].hi[i], i);
+      lo[i] = bin_of(b, part.cell[c].box.lo[i], i);
+      hi[i] = bin_of(b, part.cell[c].box.hi[i], i);
     }
     for (int z = lo[2]; z <= hi[2]; ++z)
       for (int y = lo[1]; y <= hi[1]; ++y)
@@ -269,7 +232,7 @@ bool lies_in(const Bins& b, const double* x)
   int at[3] = {0, 0, 0};
   double xi[3];
   for (int i = 0; i < b.dim; ++i) {
-    if (x[i] < b.part.lo[i] || x[i] > b.part.hi[i]) return false;
+    if (x[i] < b.part.box.lo[i] || x[i] > b.part.box.hi[i]) return false;
     at[i] = bin_of(b, x[i], i);
   }
   for (int c : b.list[at[0] + b.n[0] * (at[1] + b.n[1] * at[2])])
@@ -289,7 +252,7 @@ Common gauss_inside(const Part& a, const Bins& b, int dim)
 {
   Common out;
   for (const Cell& c : a.cell) {
-    if (apart(c.lo, c.hi, b.part.lo, b.part.hi, dim)) continue;
+    if (!boxes_meet(c.box, b.part.box, dim)) continue;
     const GaussRule& rule = gauss_rule(c.shape);
     const int nen = shape_info[c.shape].nen;
     for (int g = 0; g < rule.n; ++g) {
@@ -308,7 +271,7 @@ Common gauss_inside(const Part& a, const Bins& b, int dim)
 // the result of the finer part is more accurate
 Common overlap(const Part& a, const Part& b, int dim)
 {
-  if (a.cell.empty() || b.cell.empty() || apart(a.lo, a.hi, b.lo, b.hi, dim)) return Common();
+  if (a.cell.empty() || b.cell.empty() || !boxes_meet(a.box, b.box, dim)) return Common();
   const Common ab = gauss_inside(a, make_bins(b, dim), dim), ba = gauss_inside(b, make_bins(a, dim), dim);
   return ab.size > ba.size ? ab : ba;
 }
@@ -390,8 +353,8 @@ Common overlap_now(const Model& m, const Elements& el, const Points& pts, const 
   Part body = cells_of(m, el, pts, u, uc, p.body, -1);
   other = cells_of(m, el, pts, u, uc, p.other, p.section);
   if (m.part.on) {
-    join_box(body);
-    join_box(other);
+    box_join(body.box);
+    box_join(other.box);
     const Part close = gather_close(body, other, m.dim);
     other = gather_close(other, body, m.dim);
     body  = close;

@@ -58,13 +58,7 @@ void finish(Shape shape, int dim, HullCell& c)
 BoundingBox box_of(int n, const double (*x)[3])
 {
   BoundingBox b;
-  for (int i = 0; i < 3; ++i) {
-    b.lo[i] = b.hi[i] = x[0][i];
-    for (int a = 1; a < n; ++a) {
-      b.lo[i] = std::min(b.lo[i], x[a][i]);
-      b.hi[i] = std::max(b.hi[i], x[a][i]);
-    }
-  }
+  for (int a = 0; a < n; ++a) box_take(b, x[a]);
   return b;
 }
 

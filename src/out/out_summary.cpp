@@ -2,37 +2,12 @@
 #include <cmath>
 
 #include "base/log.h"
+#include "base/box_tree.h"
 #include "mat/law.h"
 #include "model/lumped.h"
 #include "out/out.h"
 
 namespace {
-
-struct Box {
-  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
-  void add(const double* x, int dim)
-  {
-    for (int i = 0; i < dim; ++i) {
-      lo[i] = std::min(lo[i], x[i]);
-      hi[i] = std::max(hi[i], x[i]);
-    }
-  }
-};
-
-// of all ranks
-void box_of_ranks(const Model& m, Box& box)
-{
-  double most[6];
-  for (int i = 0; i < 3; ++i) {
-    most[i]     = -box.lo[i];
-    most[3 + i] = box.hi[i];
-  }
-  out_max(m, most, 6);
-  for (int i = 0; i < 3; ++i) {
-    box.lo[i] = -most[i];
-    box.hi[i] = most[3 + i];
-  }
-}
 
 struct Range {
   double lo = 1e300, hi = 0.0;
@@ -43,7 +18,7 @@ struct Range {
   }
 };
 
-void print_box(std::FILE* file, const char* what, const Box& box, int dim)
+void print_box(std::FILE* file, const char* what, const BoundingBox& box, int dim)
 {
   std::fprintf(file, "  %-16s", what);
   for (int i = 0; i < dim; ++i)
@@ -116,9 +91,9 @@ void print_mesh(std::FILE* file, const Model& m, const Elements& el)
   if (count[ELEM_TYPES] > 0.0)
     std::fprintf(file, "  cells           %.0f elements of the deck that are no finite elements\n",
                  count[ELEM_TYPES]);
-  Box box;
-  for (int n = 0; n < m.mesh.nnode(); ++n) box.add(&m.mesh.X[3 * n], m.dim);
-  box_of_ranks(m, box);
+  BoundingBox box;
+  for (int n = 0; n < m.mesh.nnode(); ++n) box_take(box, &m.mesh.X[3 * n], m.dim);
+  if (m.part.on) box_join(box);
   print_box(file, "nodes lie in", box, m.dim);
   const Range edge = edge_range(m, el);
   if (edge.hi > 0.0) std::fprintf(file, "  edges           %g ... %g\n", edge.lo, edge.hi);
@@ -234,17 +209,17 @@ void print_bodies(std::FILE* file, const Model& m, const Points& pts)
                pts.part.on ? pts.part.ncorner : pts.ncorner, faces);
   for (std::size_t i = 0; i < m.body.size(); ++i) {
     double sum[3] = {0.0, 0.0, 0.0};       // points, volume, mass
-    Box box;
+    BoundingBox box;
     for (int p = 0; p < pts.npoint; ++p) {
       if (pts.body[p] != static_cast<int>(i) || !own(p)) continue;
       sum[0] += 1.0;
       sum[1] += pts.V0[p];
       sum[2] += pts.mass[p];
-      for (int a = 0; a < pts.conn.count(p); ++a) box.add(&pts.Xc[pts.conn.begin(p)[a] * m.dim], m.dim);
+      for (int a = 0; a < pts.conn.count(p); ++a) box_take(box, &pts.Xc[pts.conn.begin(p)[a] * m.dim], m.dim);
     }
     if (m.part.points) {
       out_sum(m, sum, 3);
-      box_of_ranks(m, box);
+      if (m.part.on) box_join(box);
     }
     std::fprintf(file, "  body %-10s of %s: %.0f points, grid field %d, volume %.9g, mass %.9g\n",
                  m.body[i].name.c_str(), m.material[m.body[i].material].name.c_str(), sum[0], m.body[i].field,

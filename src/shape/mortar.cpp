@@ -194,8 +194,8 @@ double height_at(const Shadow& s, const double* N)
 
 BoundingBox box_of(const RealVec& X, const MortarFace& f)
 {
-  BoundingBox b = box_of_nothing;
-  for (int a = 0; a < f.all(); ++a) box_take(b, &X[3 * f.node[a]], &X[3 * f.node[a]]);
+  BoundingBox b;
+  for (int a = 0; a < f.all(); ++a) box_take(b, &X[3 * f.node[a]]);
   return b;
 }
 
@@ -209,10 +209,7 @@ std::vector<BoundingBox> boxes_of(const RealVec& X, const std::vector<MortarFace
 // faces whose boxes come within reach of a box, ascending
 IntVec faces_within(const BoxTree& tree, BoundingBox b, double reach)
 {
-  for (int i = 0; i < 3; ++i) {
-    b.lo[i] -= reach;
-    b.hi[i] += reach;
-  }
+  box_grow(b, reach);
   IntVec out;
   tree.overlap(b, out);
   std::sort(out.begin(), out.end());
@@ -392,8 +389,8 @@ RealVec mortar_distances(const RealVec& X, const IntVec& node, const std::vector
   const std::vector<BoundingBox> box = boxes_of(X, face);
   const BoxTree tree(box);
   for (size_t k = 0; k < node.size(); ++k) {
-    BoundingBox point = box_of_nothing;
-    box_take(point, &X[3 * node[k]], &X[3 * node[k]]);
+    BoundingBox point;
+    box_take(point, &X[3 * node[k]]);
     for (int f : faces_within(tree, point, limit))
       out[k] = std::min(out[k], face_distance(X, at(X, node[k]), face[f]));
   }
