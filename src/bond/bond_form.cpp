@@ -168,7 +168,6 @@ struct BondBuilder {
   const Model& m;
   Bonds& b;
   int def;
-  int first;                   // first bond of the definition
   std::map<BondKey, int> known;
   long name = NO_NAME;         // of the next point on a face (Bonds::name)
   // [nodes, then corners] 1: points that depend on one of them are created (bond_own; points inside a face:
@@ -411,7 +410,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     if (def.surface < 0) continue;                    // conversion, general contact
     const Surface& s = m.surface[def.surface];
     const int first    = bonds.nbond;
-    BondBuilder f{m, bonds, static_cast<int>(d), first, {}};
+    BondBuilder f{m, bonds, static_cast<int>(d), {}};
     if (m.part.on) f.own = &own;
     const std::vector<Face>& list = s.body >= 0 ? pts.surface[def.surface] : s.face;
     for (size_t k = 0; k < list.size(); ++k) {
@@ -604,7 +603,7 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
     if (!has_slave_elements(m, m.bond[d])) continue;
     if (pts.surface[m.bond[d].surface].empty()) continue;
     Bonds rest;
-    BondBuilder f{m, rest, static_cast<int>(d), 0, {}};
+    BondBuilder f{m, rest, static_cast<int>(d), {}};
     for (const Face& s : m.surface[m.bond[d].surface].face)
       if (!pts.converted(s.elem)) form_face(f, face_nodes(m, pts, -1, s));
     finish(f, 0);
@@ -640,7 +639,7 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
   const int def      = model_general_contact(m);
   const BondDef& d   = m.bond[def];
   const int first    = b.nbond, parts = d.intermediate >= 0 ? d.intermediate + 1 : SKIN_PARTS[m.dim];
-  BondBuilder f{m, b, def, first, {}};
+  BondBuilder f{m, b, def, {}};
   for (size_t s = 0; s < skin.size(); ++s) {
     const int elem         = skin[s].elem;
     const FaceNodes face   = face_nodes(m, pts, skin[s].points ? pts.body[elem] : -1, {elem, skin[s].face});
@@ -684,7 +683,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
   cut_bonds(b, dim, b.nfixed);
   for (size_t k = 0; k < face.size();) {             // faces are sorted by definition
     const int def = face[k].def, first = b.nbond;
-    BondBuilder f{m, b, def, first, {}};
+    BondBuilder f{m, b, def, {}};
     for (; k < face.size() && face[k].def == def; ++k) {
       if (m.part.window) f.name = face_name(def, m.part.elem_number(face[k].face.elem), face[k].face.face);
       form_face(f, face_nodes(m, pts, -1, face[k].face));
@@ -694,7 +693,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
   for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces continue as faces of points
     if (!has_slave_elements(m, m.bond[d]) || !m.bond[d].contact.present) continue;
     const int first = b.nbond;
-    BondBuilder f{m, b, static_cast<int>(d), first, {}};
+    BondBuilder f{m, b, static_cast<int>(d), {}};
     for (const Face& s : pts.surface[m.bond[d].surface]) {
       if (m.part.window) f.name = AT_POINTS + face_name(f.def, pts.part.point[s.elem], s.face);
       form_face(f, face_nodes(m, pts, pts.body[s.elem], s));
@@ -703,71 +702,4 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
   }
   bond_skin(m, pts, skin, b);
   return restore_bonds(dim, kept, b, l);
-}
-
-namespace {
-
-// is bond q a point of general contact, which one rank alone has?
-bool is_alone(const Model& m, const Bonds& b, int q) { return m.part.window && b.contact.skin_of[q] >= 0; }
-
-// owner of a bond: the rank of its first node or corner
-int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
-{
-  if (is_alone(m, b, q)) return comm_rank();
-  const int first = b.a.item[b.a.off[q]], c = first - m.mesh.nnode();
-  return c < 0 ? m.part.halo.owner[first] : pts.part.halo.owner[c];
-}
-
-// Owners of bonds on several ranks: the rank that considers itself the owner, since it stores everything at
-// their corners; at the edge of its halo a rank may assume a wrong owner. -1: none of the ranks. Collective
-void claim_bonds(Bonds& b)
-{
-  const int ranks = comm_size(), me = comm_rank();
-  std::vector<std::vector<char>> own(ranks);
-  for (int r = 0; r < ranks; ++r)
-    for (int q : b.halo.common[r]) own[r].push_back(b.rank[q] == me);
-  const std::vector<std::vector<char>> claims = comm_exchange(own);
-  for (int& rank : b.rank)
-    if (rank != me) rank = -1;
-  for (int r = 0; r < ranks; ++r)
-    for (size_t i = 0; i < claims[r].size(); ++i)
-      if (claims[r][i]) b.rank[b.halo.common[r][i]] = r;
-}
-
-}  // namespace
-
-void bond_share(const Model& m, const Points& pts, Bonds& b)
-{
-  if (!m.part.on) return;
-  b.rank.clear();
-  IntVec known;                // bonds that other ranks may have too
-  std::vector<long> key;
-  for (int q = 0; q < b.nbond; ++q) {
-    b.rank.push_back(rank_of(m, pts, b, q));
-    if (is_alone(m, b, q)) continue;
-    known.push_back(q);
-    key.push_back(b.name[q]);
-  }
-  halo_form(key, b.halo);
-  const IntVec first = b.halo.owner;
-  halo_renumber(known, b.halo);
-  claim_bonds(b);
-  // a rank may have a node only because of an equation, and then no bond of the deck there
-  for (size_t k = 0; k < known.size(); ++k)
-    if (known[k] < b.nfixed && b.rank[known[k]] < 0) b.rank[known[k]] = first[k];
-  double own = 0.0;
-  for (int rank : b.rank) own += rank == comm_rank();
-  comm_sum(&own, 1);
-  b.nall = static_cast<int>(own);
-  b.halo.owner = b.rank;
-  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct, &b.contact.offset});
-}
-
-void bond_copy_contact(const Model& m, Bonds& b, Level& l)
-{
-  if (!b.halo.on() || !model_has_pairs(m)) return;
-  halo_copy_all(b.halo, m.dim, std::vector<RealVec*>{&l.slip, &l.lambda});
-  ContactState& c = b.contact;
-  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &c.offset, &c.initial_penetration, &c.deep,
-                                                 &b.cn, &b.ct});
 }
