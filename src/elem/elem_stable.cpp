@@ -22,16 +22,7 @@ double frequency_of_kind(const ElemBlock& b, int kind)
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues()(nen - 1);
 }
 
-// factor of the stiffness: St.Venant-Kirchhoff stiffens along the largest square stretch, 1 + above, laws in
-// logarithmic strains along the smallest                                                     (6.31)
-double stiffening(LawKind kind, double above, double least)
-{
-  const double stretched = 1.0 + 1.5 * above;
-  if (kind == LAW_SVK || kind == LAW_GRANULAR || kind == LAW_COHESIVE) return stretched;
-  return least > 0.0 ? std::max(stretched, (1.0 - 0.5 * std::log(least)) / least) : HUGE_VAL;
-}
-
-// stiffening by the mean stretch of the element
+// stiffening by the mean stretch of the element                                              (6.31)
 double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVec& u)
 {
   const ShapeInfo& info = shape_info[b.shape];
@@ -44,7 +35,7 @@ double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVe
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
   C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
   const double largest = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
-  return stiffening(b.law.kind, std::max(0.0, largest - 1.0), least);
+  return law_stiffening(b.law.kind, std::max(0.0, largest - 1.0), least);
 }
 
 // a bound of stretch_factor without principal stretches: they differ from 1 by at most the norm of C - I
@@ -64,7 +55,7 @@ double stretch_bound(const Model& m, const ElemBlock& b, int slot, const RealVec
       norm += c * c;
     }
   norm = std::sqrt(norm);
-  return stiffening(b.law.kind, norm, 1.0 - norm);
+  return law_stiffening(b.law.kind, norm, 1.0 - norm);
 }
 
 // mean gradient, volume, and the length 2 c / omega that a wave travels in the stable increment     (6.35)

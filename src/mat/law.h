@@ -133,6 +133,10 @@ bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, c
 // step (2.20);  dE [6]
 double law_viscous_work(const MatLaw& law, const double* dE);
 
+// law_stiffening : factor of the stiffness at large stretches                                      (6.31)
+//   in   above   largest square stretch - 1;   least   the smallest
+double law_stiffening(LawKind kind, double above, double least);
+
 // the laws, one file each
 bool law_svk(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
              LawOutput& out);

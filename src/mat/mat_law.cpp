@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "mat/law.h"
 
 namespace {
@@ -63,4 +66,13 @@ MatLaw law_broken(const MatLaw& intact, const FractureDef& f, double c, const do
   law.bar      = false;
   for (int i = 0; i < 3; ++i) law.N[i] = N[i];
   return law;
+}
+
+// St.Venant-Kirchhoff stiffens along the largest square stretch, laws in logarithmic strains along the
+// smallest
+double law_stiffening(LawKind kind, double above, double least)
+{
+  const double stretched = 1.0 + 1.5 * above;
+  if (kind == LAW_SVK || kind == LAW_GRANULAR || kind == LAW_COHESIVE) return stretched;
+  return least > 0.0 ? std::max(stretched, (1.0 - 0.5 * std::log(least)) / least) : HUGE_VAL;
 }

@@ -29,9 +29,7 @@ double stretch_factor(const Points& pts, int dim, int p, LawKind law, const Real
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
   C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
   const double largest = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
-  const double stretched = 1.0 + 1.5 * std::max(0.0, largest - 1.0);
-  if (law == LAW_SVK || law == LAW_GRANULAR || law == LAW_COHESIVE) return stretched;
-  return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
+  return law_stiffening(law, std::max(0.0, largest - 1.0), least);
 }
 
 }  // namespace
