@@ -89,7 +89,7 @@ void add_element_face(const Mesh& mesh, const Elements& el, const ViscousBoundar
 void add_point_face(const Model& m, const Points& pts, const Discretisation& d, const ViscousBoundary& v,
                     const Face& f, Dofs& s)
 {
-  if (!s.pattern.point_rank.empty() && s.pattern.point_rank[f.elem] != comm_rank()) return;
+  if (!s.pattern.owns_point(f.elem)) return;
   const Body& body      = m.body[pts.body[f.elem]];
   const ShapeInfo& info = shape_info[pts.shape[f.elem]];
   const int* conn       = pts.conn.begin(f.elem);

@@ -405,14 +405,14 @@ Failure face_load(const Follower& f, const Face& q, const Step& step, const Load
   return STATUS_OK;
 }
 
-// faces of finite elements, or of points (body); owner [npoint]: only faces of this rank, empty: all
+// faces of finite elements, or of points of this rank (body)
 Failure faces_load(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
-                   bool body, const std::vector<Face>& face, const LoadTime& at, const IntVec& owner,
+                   bool body, const std::vector<Face>& face, const LoadTime& at, const Dofs& dofs,
                    RealVec& out)
 {
   const Follower f{m, st, body, at.s, step.nlgeom};
   for (const Face& q : face) {
-    if (!owner.empty() && owner[q.elem] != comm_rank()) continue;
+    if (body && !dofs.pattern.owns_point(q.elem)) continue;
     const Shape shape = body ? static_cast<Shape>(st.points.shape[q.elem])
                              : elem_table[m.mesh.elem_type[q.elem]].shape;
     const int* conn   = body ? st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
@@ -446,20 +446,17 @@ std::vector<Face> acting_faces(const Points& pts, const Load& l, const std::vect
 Failure face_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
                    const LoadTime& at, const Dofs& dofs, RealVec& fn, RealVec& fc)
 {
-  const IntVec& owner = dofs.pattern.point_rank;
-  const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, {}, fn);
+  const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, dofs, fn);
   if (!failure.ok()) return failure;
   const std::vector<Face>& face = st.points.surface[l.surface];
-  if (l.except.empty() && l.only.empty()) return faces_load(m, d, st, step, l, true, face, at, owner, fc);
-  return faces_load(m, d, st, step, l, true, acting_faces(st.points, l, face), at, owner, fc);
+  if (l.except.empty() && l.only.empty()) return faces_load(m, d, st, step, l, true, face, at, dofs, fc);
+  return faces_load(m, d, st, step, l, true, acting_faces(st.points, l, face), at, dofs, fc);
 }
 
 Failure body_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
                    const LoadTime& at, const Dofs& dofs, RealVec& fn, RealVec& fc)
 {
   const int dim  = m.dim;
-  const auto here = [&](int q) { return dofs.pattern.point_rank.empty() ||
-      dofs.pattern.point_rank[q] == comm_rank(); };
   for (int e : l.elem) {
     if (d.el.block_of[e] < 0) continue;
     const ElemBlock& b    = d.el.block[d.el.block_of[e]];
@@ -478,7 +475,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
   const Points& pts = st.points;
   for (int q = 0; q < pts.npoint; ++q) {
       const bool of_body = std::find(l.body.begin(), l.body.end(), pts.body[q]) != l.body.end();
-      if (!here(q)) continue;
+      if (!dofs.pattern.owns_point(q)) continue;
       if (!of_body &&
           !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q])))
         continue;

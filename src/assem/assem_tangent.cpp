@@ -2,7 +2,6 @@
 
 #include "assem/assem.h"
 #include "assem/pack_list.h"
-#include "base/comm.h"
 #include "base/timer.h"
 
 namespace {
@@ -307,7 +306,7 @@ void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec
           v[i * dim + j] = 0.0;
         }
       if (r != c) continue;
-      const bool here = s.rows.owner.empty() || s.rows.owner[r] == comm_rank();
+      const bool here = s.rows.owns(r);
       for (int i = 0; i < dim; ++i)
         if (s.bound.fixed[r * dim + i])
           v[i * dim + i] = !here ? 0.0 : diagonal[r * dim + i] > 0.0 ? diagonal[r * dim + i] : diag;

@@ -72,6 +72,7 @@ struct DofRows {
   int neq() const { return nrow * dim; }
   int projected_from() const { return hung ? 0 : nfe; }       // the first row that the projection may change
   bool counts(size_t i) const { return !split || once[i]; }   // this rank adds dof i to sums
+  bool owns(int r) const { return !split || owner[r] == comm_rank(); }                // the row
   double neq_all() const { return static_cast<double>(split ? all : nrow) * dim; }    // of all ranks
 };
 
@@ -99,7 +100,8 @@ struct DofPattern {
   std::vector<size_t> point_map_off, bond_map_off, ghost_map_off, group_map_off;
   ListTable point_rows;        // the lists for which the pattern is valid
   ListTable bond_rows, ghost_rows, group_rows;
-  IntVec point_rank;           // owners of the points for which the pattern is valid
+  IntVec point_rank;           // owners of the points for which the pattern is valid; empty: this rank
+  bool owns_point(int q) const { return point_rank.empty() || point_rank[q] == comm_rank(); }
   long number = 0;             // of the pattern
   bool lean = false;           // one rank, explicit step: without bonds, which contribute forces only
   long lists_of = -1;          // ActiveGrid::made of the lists of rows
@@ -165,12 +167,15 @@ inline RealVec dof_own(const Dofs& s, RealVec x)
   for (size_t i = 0; i < x.size() && s.rows.split; ++i) x[i] = s.rows.once[i] ? x[i] : 0.0;
   return x;
 }
-inline double dof_norm(const Dofs& s, const RealVec& a) { return __builtin_sqrt(dof_dot(s, a, a)); }
-// dof_total : x of this rank, summed over the ranks of a divided model
+// dof_total : x of this rank, or x[0] ... x[n-1], summed over the ranks of a divided model
 inline double dof_total(const Dofs& s, double x)
 {
   if (s.rows.split) comm_sum(&x, 1);
   return x;
+}
+inline void dof_total(const Dofs& s, double* x, long n)
+{
+  if (s.rows.split) comm_sum(x, n);
 }
 // dof_largest, dof_all : maximum over the ranks; true on all ranks
 inline double dof_largest(const Dofs& s, double x) { return !s.rows.split ? x : comm_allreduce_max(x); }

@@ -273,7 +273,7 @@ void count_rows(Dofs& s)
   s.rows.once.assign(s.rows.neq(), 0);
   double rows = 0.0;
   for (int r = 0; r < s.rows.nrow; ++r) {
-    if (s.rows.owner[r] != comm_rank()) continue;
+    if (!s.rows.owns(r)) continue;
     std::fill_n(s.rows.once.begin() + static_cast<long>(r) * s.rows.dim, s.rows.dim, 1);
     rows += 1.0;
   }

@@ -109,7 +109,7 @@ double mean_of_set(const Problem& p, const Step& s, Value value)
     sum[0] += value(n, r);
     sum[1] += 1.0;
   }
-  if (p.dofs.rows.split) comm_sum(sum, 2);
+  dof_total(p.dofs, sum, 2);
   return sum[1] > 0.0 ? sum[0] / sum[1] : 0.0;
 }
 

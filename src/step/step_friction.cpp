@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/comm.h"
 #include "step/step.h"
 
 bool step_grid_rubs(const Model& m)
@@ -50,6 +49,5 @@ double step_grid_friction(const Problem& p, const RealVec& f, const RealVec& v, 
     acc[i] += change[i];
     if (s.rows.counts(i)) power -= taken[i] * v[i];
   }
-  comm_sum(&power, 1);
-  return power;
+  return dof_total(s, power);
 }

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/comm.h"
 #include "step/step.h"
 
 namespace {
@@ -46,11 +45,11 @@ void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
 }
 
 // sums over the ranks, in one message
-void sum_ranks(Ledger& g, double& work)
+void sum_ranks(const Dofs& dofs, Ledger& g, double& work)
 {
   double sum[11] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0], g.angular[1],
                     g.angular[2], g.strain,      g.plastic,     work,          g.cohesive};
-  comm_sum(sum, 11);
+  dof_total(dofs, sum, 11);
   g.cohesive = sum[10];
   work      = sum[9];
   g.strain  = sum[7];
@@ -117,8 +116,7 @@ double stiffness_energy(const Model& m, const Elements& el, const Dofs& dofs, co
       sum += elem_volume(b, slot) * m.material[model_material(m, b.elem[slot])].young;
     }
   for (int p : dofs.rows.owned_point) sum += pts.V0[p] * m.material[m.body[pts.body[p]].material].young;
-  comm_sum(&sum, 1);
-  return sum;
+  return dof_total(dofs, sum);
 }
 
 }  // namespace
@@ -169,7 +167,7 @@ void sum_others(const Model& m, const Elements& el, const Dofs& dofs, const Leve
   g.plastic = g.cohesive = 0.0;
   elem_dissipated(el, l, g.plastic, g.cohesive);
   point_dissipated(m, st.points, l, dofs.rows.owned_point, g.plastic, g.cohesive);
-  sum_ranks(g, work);
+  sum_ranks(dofs, g, work);
   g.kinetic -= g.leap * g.leap * g.leap_grid;
 }
 
@@ -195,8 +193,7 @@ void ledger_leap(const Dofs& dofs, double dt, State& st)
 {
   Ledger& g = st.ledger;
   if (g.leap == dt) return;
-  double energy = leap_energy(dofs, st.n);
-  comm_sum(&energy, 1);
+  const double energy = dof_total(dofs, leap_energy(dofs, st.n));
   const double change = (energy + g.leap_grid) * (g.leap * g.leap - dt * dt);
   g.kinetic += change;
   g.total0 += change;

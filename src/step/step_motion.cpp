@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "base/halo_numbers.h"
-#include "base/timer.h"
 #include "step/step.h"
 
 namespace {
@@ -69,6 +68,27 @@ bool follows(const Problem& p, const Attempt& a)
 bool predicts(const Problem& p, const Attempt& a)
 {
   return a.cM != 0.0 && p.m.solver.reuse && p.dofs.rows.neq_all() >= SMALL_SYSTEM;
+}
+
+// the accelerations of this increment come first, those of earlier ones after them; grid rows of other keys
+// have no earlier ones
+//   in   node, of_grid   of this increment; used up
+void push_accelerations(const Dofs& s, std::vector<float>& node, std::vector<float>& of_grid, Motion& h)
+{
+  const int dim = s.rows.dim, grid = s.rows.nrow - s.rows.nfe;
+  std::vector<float> earlier[Motion::ORDERS];
+  const IntVec at = grid > 0 ? grid_rows(h, s) : IntVec();
+  for (int j = Motion::ORDERS - 1; j > 0; --j) {
+    h.node[j].swap(h.node[j - 1]);
+    if (grid == 0) continue;
+    earlier[j].assign(of_grid.size(), 0.0f);
+    for (int r = 0; r < grid && j <= h.known; ++r)
+      for (int i = 0; i < dim && at[r] >= 0; ++i) earlier[j][r * dim + i] = h.grid[j - 1][at[r] * dim + i];
+  }
+  h.node[0].swap(node);
+  for (int j = 1; j < Motion::ORDERS; ++j) h.grid[j].swap(earlier[j]);
+  h.grid[0].swap(of_grid);
+  h.key.assign(s.rows.row_key.begin() + s.rows.nfe, s.rows.row_key.end());
 }
 
 }  // namespace
@@ -140,28 +160,15 @@ void step_keep_motion(Problem& p, Attempt& a)
       error[k] += m * e * e;
     }
   });
-  for (int k = 0; k <= known && s.rows.split; ++k) error[k] = dof_total(s, error[k]);
+  dof_total(s, error, known + 1);
   h.order = known < Motion::ORDERS ? 0 : static_cast<int>(std::min_element(error, error + known + 1) - error);
   if (known == Motion::ORDERS && error[h.order] > WORTH * WORTH * error[0]) {
     h.wait  = WAIT;
     h.known = h.order = 0;
     return;
   }
-  // grid rows of other keys have no earlier values
-  std::vector<float> earlier[Motion::ORDERS];
-  const IntVec at = grid > 0 ? grid_rows(h, s) : IntVec();
-  for (int j = Motion::ORDERS - 1; j > 0; --j) {
-    h.node[j].swap(h.node[j - 1]);
-    if (grid == 0) continue;
-    earlier[j].assign(of_grid.size(), 0.0f);
-    for (int r = 0; r < grid && j <= known; ++r)
-      for (int i = 0; i < dim && at[r] >= 0; ++i) earlier[j][r * dim + i] = h.grid[j - 1][at[r] * dim + i];
-  }
-  h.node[0].swap(node);
-  for (int j = 1; j < Motion::ORDERS; ++j) h.grid[j].swap(earlier[j]);
-  h.grid[0].swap(of_grid);
-  h.key.assign(s.rows.row_key.begin() + s.rows.nfe, s.rows.row_key.end());
-  h.known     = std::min(known + 1, Motion::ORDERS);
+  push_accelerations(s, node, of_grid, h);
+  h.known = std::min(known + 1, Motion::ORDERS);
 }
 
 // ---------------------------------------------------------------------------

@@ -28,7 +28,6 @@ struct Residual {
   double free_norm = 0.0;      // of R at free dofs
   double external  = 0.0;
   double scale     = 0.0;      // largest of internal, external, inertia force
-  bool finite      = true;
 };
 
 const size_t LANES = 8;         // of a sum, as in sum_terms  (no test)
@@ -115,7 +114,7 @@ Failure sum_residual(Problem& p, const Attempt& a, const RealVec& du, Residual& 
   const std::array<const RealVec*, 4> forces = {&b.R, &a.fint, &a.fext, &b.inertia};
   if (s.rows.split) own_squares<true>(s, forces, norm);
   else if (!plain) own_squares<false>(s, forces, norm);
-  if (s.rows.split) comm_sum(norm, 4);
+  dof_total(s, norm, 4);
   for (double& x : norm) x = std::sqrt(x);
   const double internal = norm[1];
   b.free_norm = norm[0];
@@ -248,7 +247,7 @@ bool balanced(const Problem& p, const Attempt& a, const Residual& b, const RealV
     const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
     energy[1] += f * f / k;
   }
-  if (s.rows.split) comm_sum(energy, 2);
+  dof_total(s, energy, 2);
   return energy[0] <= c.tol_energy * energy[1] || energy[1] == 0.0;
 }
 
@@ -380,7 +379,7 @@ double first_slope(const Dofs& s, const RealVec& R, bool whole, LinearSystem& l)
   double sum[2] = {whole ? -l.own_energy : 0.0, l.own_energy};
   for (int i = 0; i < s.rows.neq() && !whole; ++i)
     if (!s.bound.fixed[i] && s.rows.counts(i)) sum[0] += l.dx[i] * R[i];
-  if (s.rows.split) comm_sum(sum, 2);
+  dof_total(s, sum, 2);
   l.energy = std::max(l.energy, std::sqrt(std::fabs(sum[1])));
   return sum[0];
 }
