@@ -259,8 +259,10 @@ double domain_extent(Shape shape, const double* x, int n)
     case SHAPE_WEDGE6:         // from a corner to the centroid of its triangle
       return std::max(spread(x, 3), spread(x + 3, 3)) * 2.0 / 3.0 + edges({{0, 3}, {1, 4}, {2, 5}}) / n;
     case SHAPE_PYR5: return spread(x, 5) * (n == 1 ? 1.0 : 0.75);
-    default: return spread(x, shape_info[shape].nen) / n;
+    case SHAPE_TRI3: case SHAPE_TRI6: case SHAPE_QUAD8: case SHAPE_QUAD8R: case SHAPE_TET10:
+    case SHAPE_WEDGE15: case SHAPE_HEX20: case SHAPE_HEX20R: case SHAPES: break;
   }
+  return spread(x, shape_info[shape].nen) / n;
 }
 
 // largest diagonal of what opens as one in a body: a cell of the grid, or a larger domain of a point  (2.36a)

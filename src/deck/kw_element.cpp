@@ -43,6 +43,17 @@ void middle_last(const Mesh& mesh, Facet& f)
   std::swap(f.node[middle], f.node[2]);
 }
 
+// index of the a-th node of an element, -1: an error in the line
+int read_node(Card& card, int a, int label)
+{
+  const int number = card_label(card, "node"), n = card.deck->labels.node.find(number);
+  if (card_good(card) && n < 0)
+    card_error(card, card.field[a + 1],
+               text_format("node %d of element %d is not defined; *NODE must precede *ELEMENT", number,
+                           label));
+  return card_good(card) ? n : -1;
+}
+
 // reads elements of a lower dimension than the model
 void read_facets(Card& card, Model& model, int nen, int corners)
 {
@@ -56,14 +67,8 @@ void read_facets(Card& card, Model& model, int nen, int corners)
     f.n       = nen;
     f.corners = corners;
     for (int a = 0; a < nen; ++a) {
-      const int number = card_label(card, "node");
-      const int n = d.labels.node.find(number);
-      if (card_good(card) && n < 0)
-        card_error(card, card.field[a + 1],
-                   text_format("node %d of element %d is not defined; *NODE must precede *ELEMENT",
-                               number, label));
+      f.node[a] = read_node(card, a, label);
       if (!card_good(card)) break;
-      f.node[a] = n;
     }
     if (!card_good(card) || !label_is_new(card, label)) continue;
     if (nen == 3 && corners == 2) middle_last(model.mesh, f);
@@ -123,15 +128,10 @@ void kw_element(Card& card, Model& model)
     const int label = card_label(card, "element label");
     int node[MAX_NODES];
     for (int a = 0; a < nen; ++a) {
-      const int number = card_label(card, "node");
-      const int n = card.deck->labels.node.find(number);
-      if (card_good(card) && n < 0)
-        card_error(card, card.field[a + 1],
-                   text_format("node %d of element %d is not defined; *NODE must precede *ELEMENT",
-                               number, label));
-      node[a] = card_good(card) ? n : -1;
+      node[a] = read_node(card, a, label);
       if (card_good(card) && std::find(node, node + a, node[a]) != node + a)
-        card_error(card, card.field[a + 1], text_format("element %d has node %d twice", label, number));
+        card_error(card, card.field[a + 1], text_format("element %d has node %d twice", label,
+                                                        model.mesh.node_label[node[a]]));
       if (!card_good(card)) break;
     }
     if (!card_good(card)) continue;

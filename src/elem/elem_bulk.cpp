@@ -86,11 +86,7 @@ bool elem_bulk_mid(const Mesh& mesh, const Elements& el, const ElemBlock& b, int
   const int *node = elem_nodes(mesh, b, slot);
   const int nen = shape_info[b.shape].nen, dim = shape_info[b.shape].dim;
   double u0[MAX_NODES * 3], u1[MAX_NODES * 3];
-  for (int a = 0; a < nen; ++a)
-    for (int i = 0; i < dim; ++i) {
-      u0[a * dim + i] = l0.u[node[a] * dim + i];
-      u1[a * dim + i] = l1.u[node[a] * dim + i];
-    }
+  elem_ends(l0, l1, node, nen, dim, u0, u1);
   loss = by_shape(b.shape, [&](auto z) { return form_mid<z.D, z.N>(b, slot, u0, u1, finite, k, re, ke); });
   return true;
 }
