@@ -258,9 +258,9 @@ Expr card_expr(Card& c, const char* name)
   return c.open && !f.empty() ? expr_of(c, f, name) : expr_number(0.0);
 }
 
-Expr card_expr_or(Card& c, const char* name, double preset)
+Expr card_expr_or_zero(Card& c, const char* name)
 {
-  return next_given(c) ? expr_of(c, c.field[c.next++], name) : expr_number(preset);
+  return next_given(c) ? expr_of(c, c.field[c.next++], name) : expr_number(0.0);
 }
 
 int card_dof(Card& c, const Model& m, const char* name)
@@ -272,8 +272,9 @@ int card_dof(Card& c, const Model& m, const char* name)
   return c.deck->messages.errors == errors ? dof : -1;
 }
 
-std::array<double, 3> card_direction(Card& c, const Model& m, const char* name)
+std::array<double, 3> card_direction(Card& c, const Model& m)
 {
+  const char* const name = "direction";
   const Field first = c.next < c.field.size() ? c.field[c.next] : c.whole;
   std::array<double, 3> n{{0, 0, 0}};
   for (int i = 0; i < m.dim; ++i) n[i] = card_real(c, name, any_number());
@@ -281,7 +282,7 @@ std::array<double, 3> card_direction(Card& c, const Model& m, const char* name)
   const double s = std::hypot(n[0], n[1], n[2]);
   if (card_good(c) && !(s > 0.0 && std::isfinite(s)))
     card_error(c, first,
-               std::string(name) + " is the zero vector; give a direction such as " +
+               std::string("direction is the zero vector; give a direction such as ") +
                    (m.dim == 3 ? "0, 0, -1" : "0, -1"));
   for (double& v : n) v = s > 0.0 ? v / s : 0.0;
   return n;
@@ -374,14 +375,13 @@ int card_param_int(Card& c, const char* name, int preset, int lo, int hi)
   return p ? int_of(c, p->value, name, lo, hi) : preset;
 }
 
-bool card_param_expr(Card& c, const char* name, Expr& out)
+bool card_param_where(Card& c, Expr& out)
 {
-  const HeadParam* p = with_value(c, name);
+  const HeadParam* p = with_value(c, "WHERE");
   if (!p) return false;
   if (p->value.quoted) return deck_function(*c.deck, p->value, p->value.text, out);
   card_error(c, p->value,
-             std::string(name) + " is a function of x, y, z in double quotes, for example " + name +
-                 "=\"x > 0.5\"");
+             "WHERE is a function of x, y, z in double quotes, for example WHERE=\"x > 0.5\"");
   return false;
 }
 

@@ -54,9 +54,9 @@ int card_int_or(Card& c, const char* name, int preset, int lo, int hi);
 int card_label(Card& c, const char* name);
 int card_word(Card& c, const char* name, const char* words);       // index, -1: error
 Expr card_expr(Card& c, const char* name);                         // number or "function"
-Expr card_expr_or(Card& c, const char* name, double preset);
+Expr card_expr_or_zero(Card& c, const char* name);
 int card_dof(Card& c, const Model& m, const char* name);           // 0-based, -1: error
-std::array<double, 3> card_direction(Card& c, const Model& m, const char* name);   // unit vector
+std::array<double, 3> card_direction(Card& c, const Model& m);     // unit vector
 // xLOW, yLOW[, zLOW], xHIGH ...; false: error
 bool card_box(Card& c, int dim, const char* low, const char* high, double lo[3], double hi[3]);
 bool card_cells(Card& c, int dim, int n[3]);                       // nx, ny[, nz]; false: error
@@ -71,7 +71,7 @@ int card_param_word(Card& c, const char* name, const char* words, int preset);
 bool card_param_yes(Card& c, const char* name, bool alone, bool preset);
 double card_param_real(Card& c, const char* name, double preset, const Limit& limit);
 int card_param_int(Card& c, const char* name, int preset, int lo, int hi);
-bool card_param_expr(Card& c, const char* name, Expr& out);
+bool card_param_where(Card& c, Expr& out);                         // WHERE="function"
 inline double card_radians(double degrees) { return degrees * std::acos(-1.0) / 180.0; }
 // card_where : where != 0 at X; a value that is not finite is an error, reported once. name: node, element
 bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& name);

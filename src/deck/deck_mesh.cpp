@@ -207,8 +207,6 @@ int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, con
   return static_cast<int>(sets.size()) - 1;
 }
 
-std::vector<std::string> names_of_sets(const std::vector<Set>& sets) { return names_of(sets); }
-
 // target_label : an integer, with or without sign, is a label
 bool target_label(const std::string& text, int& label)
 {

@@ -264,7 +264,6 @@ int mesh_max_label(const IntVec& label);
 void mesh_centroid(const Mesh& mesh, int e, double x[3]);
 const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m);
 int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const DeckLine& deck_line);
-std::vector<std::string> names_of_sets(const std::vector<Set>& sets);
 std::string element_type_here(const Deck& d, const std::string& type);   // its meaning in the open file
 // facet_nodes : number of nodes of a lower-dimensional type, and of its corners; 0: not such a type
 int facet_nodes(const std::string& type, int dim, int& corners);

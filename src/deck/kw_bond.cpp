@@ -58,7 +58,7 @@ void kw_bond(Card& card, Model& model)
   check_params(card, b);
   if (b.kind == BOND_GROUND && card_line(card))
     for (int i = 0; i < model.dim; ++i)
-      b.motion[i] = card_expr_or(card, i == 2 ? "uz" : i ? "uy" : "ux", 0.0);
+      b.motion[i] = card_expr_or_zero(card, i == 2 ? "uz" : i ? "uy" : "ux");
   for (const BondDef& other : model.bond)
     if (other.name == b.name && !b.name.empty())
       card_error(card, card.head.at, "bond " + b.name + " is defined already");

@@ -34,7 +34,7 @@ bool read_line(Card& card, const Model& model, Line& line)
   line.first = line.last = card_int(card, "first direction", 1, 6) - 1;
   if (card_more(card) && card.field[card.next].empty()) ++card.next;
   else if (card_more(card)) line.last = card_int(card, "last direction", 1, 6) - 1;
-  line.value = card_expr_or(card, "displacement or velocity", 0.0);
+  line.value = card_expr_or_zero(card, "displacement or velocity");
   if (card_good(card) && line.last < line.first)
     card_error(card, card.field[2], "the last direction is smaller than the first");
   return card_good(card);

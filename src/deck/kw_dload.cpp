@@ -99,7 +99,7 @@ bool read_line(Card& card, Model& model, Load& l, Field& target, std::string& wo
                             : l.kind == LOAD_BODY   ? "force per volume"
                                                     : "traction");
   if (word[0] == 'B') l.dir[word[1] - 'X'] = 1.0;
-  else if (l.kind != LOAD_PRESSURE) l.dir = card_direction(card, model, "direction");
+  else if (l.kind != LOAD_PRESSURE) l.dir = card_direction(card, model);
   if (!card_good(card)) return false;
   return l.kind == LOAD_BODY ? take_volume(card, model, target, l)
                              : take_faces(card, model, target, kind % faces, l);

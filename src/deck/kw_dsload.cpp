@@ -15,7 +15,7 @@ void kw_dsload(Card& card, Model& model)
     if (kind < 0) continue;
     l.kind  = kind == 0 ? LOAD_PRESSURE : LOAD_TRACTION;
     l.value = card_expr(card, kind == 0 ? "pressure" : "traction");
-    if (kind == 1) l.dir = card_direction(card, model, "direction");
+    if (kind == 1) l.dir = card_direction(card, model);
     l.amplitude = amplitude;
     if (!card_good(card)) continue;
     l.surface = target_surface(d, model, target);

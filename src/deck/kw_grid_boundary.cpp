@@ -66,7 +66,7 @@ void kw_grid_boundary(Card& card, Model& model)
     b.first = b.last = card_dof(card, model, "first direction");
     if (card_more(card) && card.field[card.next].empty()) ++card.next;
     else if (card_more(card)) b.last = card_dof(card, model, "last direction");
-    b.value = card_expr_or(card, "displacement", 0.0);
+    b.value = card_expr_or_zero(card, "displacement");
     b.deck_line = line_place(card);
     if (card_good(card) && b.last < b.first)
       card_error(card, card.field[2], "the last direction is smaller than the first");

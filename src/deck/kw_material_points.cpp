@@ -54,7 +54,7 @@ void kw_material_points(Card& card, Model& model)
   check_plane(card, model.dim);
   b.field     = card_param_int(card, "FIELD", 0, 0, 1000);
   b.reshape   = card_param_real(card, "RESHAPE", 0.0, above(1.1));
-  card_param_expr(card, "WHERE", b.where);
+  card_param_where(card, b.where);
   const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");
   check_fill(card, b, elset);
   if (b.fill != FILL_ELSET) read_box(card, model.dim, b);

@@ -139,7 +139,7 @@ void set_read(Card& card, Model& model, bool nodes)
   Expr where;
   const Field elset = nodes ? card_param_field(card, "ELSET") : Field();
   if (!elset.empty()) nodes_of(card, model, elset, item);
-  if (card_param_expr(card, "WHERE", where)) selected(card, model, nodes, where, item);
+  if (card_param_where(card, where)) selected(card, model, nodes, where, item);
   while (card_line(card)) {
     if (!generated) listed(card, model, nodes, missing, item, facet);
     else if (nodes) generate(card, card.deck->labels.node, model.mesh.node_label, item);

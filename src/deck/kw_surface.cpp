@@ -122,7 +122,7 @@ void kw_surface(Card& card, Model& model)
   if (type == 2) return read_nodes(card, model, s);
   const bool of_body = type == 1;
   Expr where;
-  const bool selects = card_param_expr(card, "WHERE", where);
+  const bool selects = card_param_where(card, where);
   const Field elset = card_param_field(card, "ELSET"), body = card_param_field(card, "BODY");
 
   if (of_body && body.empty()) card_error(card, card.head.at, "TYPE=BODY needs BODY=name");

@@ -8,7 +8,6 @@
 #include "base/forest.h"
 #include "base/gather_lists.h"
 #include "base/heap.h"
-#include "base/log.h"
 #include "base/sort_once.h"
 #include "bond/bond.h"
 #include "contact/contact.h"

@@ -65,7 +65,7 @@ double strain_bar(bool finite, const double* H, double more, double* six)
 {
   double E[D * D];
   ip_strain<D>(finite, H, E);
-  six_components<D>(E, 0.0, six);
+  six_components<D>(E, six);
   if (!finite) {
     for (int i = 0; i < 3; ++i) six[i] += more / 3.0;
     return 1.0;
@@ -145,7 +145,7 @@ void right_cauchy(const double* H, double* six)
 {
   double E[D * D];
   ip_strain<D>(true, H, E);
-  six_components<D>(E, 0.0, six);
+  six_components<D>(E, six);
   for (int i = 0; i < 6; ++i) six[i] = 2.0 * six[i] + (i < 3 ? 1.0 : 0.0);
 }
 

@@ -49,10 +49,10 @@ void general_strains(const Model& m, const ElemBlock& b, bool bar, size_t slot, 
   for (int g = 0; g < info.ngp; ++g)
     if (dim == 2) {
       ip_strain<2>(nlgeom, H + 4 * g, plane);
-      six_components<2>(plane, 0.0, E + 6 * g);
+      six_components<2>(plane, E + 6 * g);
     } else {
       ip_strain<3>(nlgeom, H + 9 * g, plane);
-      six_components<3>(plane, 0.0, E + 6 * g);
+      six_components<3>(plane, E + 6 * g);
     }
 }
 

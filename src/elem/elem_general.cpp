@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/comm.h"
 #include "elem/elem.h"
 #include "elem/kernel_general.h"
 

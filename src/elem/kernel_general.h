@@ -26,10 +26,10 @@ inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double
   double E[D * D], E0[6] = {0}, E1[6], S6[6], C6[36];
   if (mode.finite && !law.broken && !(ip_det<D>(H1) > 0.0)) return BAD_JACOBIAN;
   ip_strain<D>(mode.finite, H1, E);
-  six_components<D>(E, 0.0, E1);
+  six_components<D>(E, E1);
   if (mode_reads_old(mode, law)) {
     ip_strain<D>(mode.finite, H0, E);
-    six_components<D>(E, 0.0, E0);
+    six_components<D>(E, E0);
   }
   if (!law_step(law, mode, E0, E1, h_n, h_np1, S6, C ? C6 : nullptr)) return BAD_JACOBIAN;
   full_tensor<D>(S6, S);

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/comm.h"
 #include "base/halo_numbers.h"
 #include "frac/frac.h"
 #include "shape/shape.h"

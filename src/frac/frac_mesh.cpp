@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 
-#include "base/log.h"
 #include "base/weibull.h"
 #include "frac/frac.h"
 #include "frac/free_face.h"

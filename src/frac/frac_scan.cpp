@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "base/timer.h"
 #include "shape/shape.h"
 
 Estimate estimate_of(const Scan& s, int e)

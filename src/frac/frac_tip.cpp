@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "frac/frac_kink.h"
 #include "shape/shape.h"
 
 namespace {

@@ -14,7 +14,7 @@ const int in_plane[3] = {0, 1, 3};
 
 void plane_to_six(const double* S, const double* C, double* S6, double* C6)
 {
-  six_components<2>(S, 0.0, S6);
+  six_components<2>(S, S6);
   if (!C) return;
   std::fill_n(C6, 36, 0.0);
   for (int i = 0; i < 3; ++i)
@@ -58,7 +58,7 @@ bool law_split_step(const MatLaw& law, const KernelMode& mode, const double* E0,
     full_tensor<3>(E0, start);
     full_tensor<3>(E1, end);
     split_stress<3>(space, mode, start, end, stress, C);
-    six_components<3>(stress, 0.0, S);
+    six_components<3>(stress, S);
     return true;
   }
   plane_of_six(E0, start);

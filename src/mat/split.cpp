@@ -29,8 +29,8 @@ void add_identity(double w, double* C)        // C += w times the identity of sy
 // plane components -> six
 void six_of(int dim, const double* E, double E6[6])
 {
-  if (dim == 2) six_components<2>(E, 0.0, E6);
-  else six_components<3>(E, 0.0, E6);
+  if (dim == 2) six_components<2>(E, E6);
+  else six_components<3>(E, E6);
 }
 
 // indices of the kernel components among the six

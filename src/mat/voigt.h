@@ -13,16 +13,15 @@ struct VoigtIndex {            // row and column of the nv components
 
 constexpr int six_at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};     // index of ij among the six
 
-// E [D*D] as six components; in the plane 33 is E33, 23 and 31 are zero
+// E [D*D] as six components; in the plane 33, 23 and 31 are zero
 template <int D>
-inline void six_components(const double* E, double E33, double* six)
+inline void six_components(const double* E, double* six)
 {
   if (D == 2) {
     six[0] = E[0];
     six[1] = E[3];
-    six[2] = E33;
     six[3] = E[1];
-    six[4] = six[5] = 0.0;
+    six[2] = six[4] = six[5] = 0.0;
     return;
   }
   using V = VoigtIndex<3>;

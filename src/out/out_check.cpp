@@ -1,7 +1,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/log.h"
 #include "out/out.h"
 #include "shape/shape.h"
 

@@ -79,16 +79,14 @@ bool grid_halo(const Grid& g, int dim, bool good, const std::vector<long>& node,
   return true;
 }
 
-void key_max(const KeyHalo& h, int D, RealVec& x)
+void key_max(const KeyHalo& h, RealVec& x)
 {
   std::vector<RealVec> send(h.to.size());
   for (size_t r = 0; r < h.to.size(); ++r)
-    for (int k : h.to[r])
-      send[r].insert(send[r].end(), x.begin() + long(k) * D, x.begin() + long(k + 1) * D);
+    for (int k : h.to[r]) send[r].push_back(x[k]);
   const std::vector<RealVec> received = comm_exchange(send);
   for (size_t r = 0; r < h.from.size(); ++r) {
     const double* value = received[r].data();
-    for (int k : h.from[r])
-      for (int i = 0; i < D; ++i, ++value) x[long(k) * D + i] = std::max(x[long(k) * D + i], *value);
+    for (int k : h.from[r]) x[k] = std::max(x[k], *value++);
   }
 }

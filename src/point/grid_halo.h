@@ -26,7 +26,7 @@ struct GridHalo {
 bool grid_halo(const Grid& g, int dim, bool good, const std::vector<long>& node,
                const std::vector<long>& cell, int reach, GridHalo& h);
 
-// key_max : sets x [key*D] to the maximum over the ranks that touch the key. Collective.
-void key_max(const KeyHalo& h, int D, RealVec& x);
+// key_max : sets x [key] to the maximum over the ranks that touch the key. Collective.
+void key_max(const KeyHalo& h, RealVec& x);
 
 #endif

@@ -512,7 +512,7 @@ bool activate_part(const Model& m, const Points& pts, const GridShare& share, co
   follow_corners(pts, share, nnode, g);
   point_lists(pts, share, nnode, g);
   RealVec support = point_support(pts, nnode, g);
-  key_max(of, 1, support);
+  key_max(of, support);
   g.meets = m.grid.keep > 0.0 && points_meet(pts, share, node, g.point, &of);
   const std::vector<char> strong = strong_nodes(m.grid, node, support);
   grid_ghost(m, pts, uc, node, &halo.cell, g);

@@ -183,7 +183,7 @@ double crack_strain(const Model& m, const Points& pts, const PointLaws& law, con
   const Eigen::Matrix3d F = point_gradient(pts, m.dim, l.uc, p),
                         E = 0.5 * (F.transpose() * F - Eigen::Matrix3d::Identity());
   double six[6], none[MAX_HISTORY];
-  six_components<3>(E.data(), 0.0, six);
+  six_components<3>(E.data(), six);
   LawOutput out;
   const Eigen::Map<const Eigen::Vector3d> N(crack_normal(of, h));
   const double carries = crack_traction(of.crack, k);

@@ -113,7 +113,7 @@ void ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vect
   CellFill f;
   fill_cells<D>(m, pts, uc, cell, f);
   if (halo)
-    for (RealVec* x : {&f.E, &f.rho, &f.thickness}) key_max(*halo, 1, *x);
+    for (RealVec* x : {&f.E, &f.rho, &f.thickness}) key_max(*halo, *x);
   f.boundary.assign(cell.size(), 0);
   for (int c = 0; c < static_cast<int>(cell.size()); ++c)
     for (int axis = 0; axis < D; ++axis)

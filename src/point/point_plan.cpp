@@ -8,7 +8,6 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "point/filler.h"
-#include "shape/shape.h"
 
 namespace {
 

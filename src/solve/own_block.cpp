@@ -7,7 +7,6 @@
 #include "base/comm.h"
 #include "base/far_first.h"
 #include "base/grow.h"
-#include "base/log.h"
 #include "solve/solve_data.h"
 
 namespace {

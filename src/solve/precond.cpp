@@ -4,7 +4,6 @@
 
 #include "base/comm.h"
 #include "base/grow.h"
-#include "base/log.h"
 #include "solve/solve_data.h"
 
 namespace {

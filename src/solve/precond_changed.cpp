@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/log.h"
 #include "solve/solve_data.h"
 
 // Rows of the grid, of broken points and their bonds, factorised separately
 struct GridBlock {
-  int first = 0, dim = 0;      // block rows from first on
+  int first = 0;               // block rows from first on
   RealVec scale;               // 1/sqrt of the diagonal
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor;
   Eigen::VectorXd x;
@@ -90,7 +89,6 @@ bool grid_factor(const SysMatrix& A, int first, GridBlock& g)
 {
   const int D = A.dim, n = (A.nrow - first) * D;
   g.first = first;
-  g.dim   = D;
   g.scale.assign(n, 1.0);
   for (int I = first; I < A.nrow; ++I)
     for (int i = 0; i < D; ++i) {

@@ -55,8 +55,8 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A);
 //   in   may   [blocks of A] 0: a block that does not count; null: all count
 ListTable sys_graph(const SysMatrix& A, const std::vector<char>* may = nullptr);
 
-// sys_sum : sums v [n*nrow + extra] over the ranks; each rank enters its contribution to its rows
-void sys_sum(const SysMatrix& A, RealVec& v, int extra = 0);
+// sys_sum : sums v [n*nrow] over the ranks; each rank enters its contribution to its rows
+void sys_sum(const SysMatrix& A, RealVec& v);
 
 // sys_multiply : y = A x, with the contribution of this rank to A
 void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y);

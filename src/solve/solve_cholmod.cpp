@@ -5,7 +5,6 @@
 #include <cholmod.h>
 #include <omp.h>
 
-#include "base/log.h"
 
 struct ChmData {
   cholmod_common common;

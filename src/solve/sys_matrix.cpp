@@ -130,14 +130,13 @@ void sys_diagonal(const SysMatrix& A, RealVec& d)
 // ---------------------------------------------------------------------------
 // sys_sum : sums the contributions to the rows of A, in the order of the ranks
 //
-//   in   v       [n*nrow + extra]
+//   in   v       [n*nrow]
 //   out  v       the sum, on all ranks that have a row; one rank: unchanged
 // ---------------------------------------------------------------------------
-void sys_sum(const SysMatrix& A, RealVec& v, int extra)
+void sys_sum(const SysMatrix& A, RealVec& v)
 {
   if (!sys_shared(A)) return;
-  const int D = A.nrow > 0 ? (static_cast<int>(v.size()) - extra) / A.nrow : 0;
-  halo_sum(A.halo, D, v, v.data() + static_cast<size_t>(A.nrow) * D, extra);
+  halo_sum(A.halo, A.nrow > 0 ? static_cast<int>(v.size()) / A.nrow : 0, v);
 }
 
 // ---------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/comm.h"
 #include "base/log.h"
 #include "elem/elem_share.h"
 #include "mat/law.h"

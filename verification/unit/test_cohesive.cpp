@@ -408,7 +408,7 @@ void turned(double angle, const double* E, double* out)
   full << E[0], E[3], E[5], E[3], E[1], E[4], E[5], E[4], E[2];
   m = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ());
   full = m * full * m.transpose();
-  six_components<3>(full.data(), 0.0, out);
+  six_components<3>(full.data(), out);
 }
 
 }  // namespace
