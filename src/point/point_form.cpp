@@ -3,7 +3,7 @@
 
 #include "base/sort_once.h"
 #include "elem/kernel_general.h"
-#include "point/point_law.h"
+#include "point/point_body.h"
 
 namespace {
 
@@ -12,15 +12,31 @@ namespace {
 // shear modulus  (test: stress/points_flow)
 const double VOLUME_PENALTY = 0.1;
 
-}  // namespace
-
-double point_volume_penalty(const MatLaw& law)
+// stiffness of theta - thetabar of a point, of a law with plastic flow        (1.14a) force/length^2
+double volume_penalty(const MatLaw& law)
 {
   return law_flows(law.kind) && law.bar ? VOLUME_PENALTY * law.mu : 0.0;
 }
 
-MatLaw point_law_now(const Model& m, const Points& pts, const MatLaw& of_body, const Level& l,
-                     CrackTangent tangent, int p, double c)
+// displacement gradient of point p: sum_c u_c (x) G_c                              (3.5)
+template <int D>
+void gradient(const Points& pts, const RealVec& uc, int p, double* H)
+{
+  for (int k = 0; k < D * D; ++k) H[k] = 0.0;
+  const double* G = pts.G(p);
+  for (int a = 0; a < pts.conn.count(p); ++a) {
+    const int c = pts.conn.begin(p)[a];
+    for (int i = 0; i < D; ++i) {
+      const double u = uc[c * D + i];
+      for (int j = 0; j < D; ++j) H[i * D + j] += u * G[a * D + j];
+    }
+  }
+}
+
+// law of point p, from the law of its body: intact, or broken with the degradation factor c
+//   in   l   cohesive: t(n)
+MatLaw law_now(const Model& m, const Points& pts, const MatLaw& of_body, const Level& l, CrackTangent tangent,
+               int p, double c)
 {
   if (!pts.eroded(p)) {
     MatLaw law = of_body;
@@ -29,15 +45,6 @@ MatLaw point_law_now(const Model& m, const Points& pts, const MatLaw& of_body, c
   }
   return law_broken(of_body, m.fracture[pts.broken[p]], c, &pts.normal[3 * static_cast<size_t>(p)]);
 }
-
-MatLaw point_law_of(const Model& m, const Body& body)
-{
-  MatLaw law = mat_law(m.material[body.material], m.dim == 2 ? body.plane : PLANE_NONE);
-  point_crack_law(m, body, law);
-  return law;
-}
-
-namespace {
 
 // an intact point whose law the packs do not support
 bool is_general(const Points& pts, const PointLaws& law, int p)
@@ -133,7 +140,7 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
 {
   const double c      = pts.eroded(p) ? degr_of_step(l0, l1, mode.mid, pts.parent[p]) : 1.0;
   const HistoryStep h = history_of(law, l0, l1, p);
-  MatLaw now = point_law_now(m, pts, law.body[pts.body[p]], l0, mode.crack, p, c);
+  MatLaw now = law_now(m, pts, law.body[pts.body[p]], l0, mode.crack, p, c);
   if (!law.band.empty()) now.crack.band = law.band[p];
   return ip_general<D>(now, mode, H0, H1, h.n, h.np1, Fb, S, C);
 }
@@ -153,7 +160,7 @@ bool bulk_of_point(const Model& m, const Points& pts, const PointLaws& law, cons
   const MatLaw& of_body = law.body[pts.body[p]];
   if (!mode.bulk || !mode.mid || !law_opens(of_body.kind) || pts.eroded(p)) return false;
   if (crack_opening(of_body, history_of(law, l0, l1, p).n) > 0.0) return false;
-  const MatLaw of = point_law_now(m, pts, of_body, l0, CRACK_TANGENT, p, 1.0);
+  const MatLaw of = law_now(m, pts, of_body, l0, CRACK_TANGENT, p, 1.0);
   const double density = of.material->density, c = std::sqrt((of.lam + 2.0 * of.mu) / density),
                size    = *std::min_element(of.crack.box, of.crack.box + D) + c * mode.bulk->dt;
   const double change =
@@ -176,7 +183,7 @@ void add_bulk(const Model& m, const Points& pts, const PointLaws& law, const Lev
   const bool opens    = crack_opening(law.body[pts.body[p]], h.n) > 0.0;
   h.np1[law.viscous] = 0.0;
   if (opens && before == 0.0) return;
-  const MatLaw of = point_law_now(m, pts, law.body[pts.body[p]], l0, CRACK_TANGENT, p, 1.0);
+  const MatLaw of = law_now(m, pts, law.body[pts.body[p]], l0, CRACK_TANGENT, p, 1.0);
   const double* box    = of.crack.box;
   const double density = of.material->density, c = std::sqrt((of.lam + 2.0 * of.mu) / density),
                size    = *std::min_element(box, box + D), J0 = ip_det<D>(H0), J1 = ip_det<D>(H1);
@@ -302,8 +309,8 @@ struct Group {
     H1.resize(H0.size());
     for (int i = 0; i < n; ++i) {
       const int p = law.group.begin(k)[i];
-      if (old) point_dudX<D>(pts, l0.uc, p, &H0[i * D * D]);
-      point_dudX<D>(pts, l1.uc, p, &H1[i * D * D]);
+      if (old) gradient<D>(pts, l0.uc, p, &H0[i * D * D]);
+      gradient<D>(pts, l1.uc, p, &H1[i * D * D]);
       V0.push_back(pts.V0[p]);
       history.push_back(history_of(law, l0, l1, p));
     }
@@ -322,8 +329,7 @@ struct Group {
   }
   Status form(const MatLaw& law, const KernelMode& mode, int n, double* re, double* ke)
   {
-    const BarGroup g{D,         static_cast<int>(V0.size()), n, dNdX.data(),
-                     V0.data(), &law,                        point_volume_penalty(law)};
+    const BarGroup g{D, static_cast<int>(V0.size()), n, dNdX.data(), V0.data(), &law, volume_penalty(law)};
     return bar_form(g, mode, H0.data(), H1.data(), history.data(), re, ke);
   }
 };
@@ -395,8 +401,8 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
   }, [&](int p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
     const bool viscous = mode.bulk && !mode.mid && law_opens(law.body[pts.body[p]].kind) && !pts.eroded(p);
-    point_dudX<D>(pts, l1.uc, p, H1);
-    if (viscous || reads_old(pts, law, mode, p)) point_dudX<D>(pts, l0.uc, p, H0);
+    gradient<D>(pts, l1.uc, p, H1);
+    if (viscous || reads_old(pts, law, mode, p)) gradient<D>(pts, l0.uc, p, H0);
     if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, nullptr) != STATUS_OK) {
       *worst = p;
       status = BAD_JACOBIAN;
@@ -447,9 +453,9 @@ void tangent_pack(const Points& pts, const PointLaws& law, const KernelMode& mod
     for (int l = 0; l < PACK; ++l) V0[l] = pts.V0[point[l]];
     for (int l = 0; l < PACK; ++l) {
       double H[D * D];
-      point_dudX<D>(pts, uc1, point[l], H);
+      gradient<D>(pts, uc1, point[l], H);
       for (int k = 0; k < D * D; ++k) H1[k][l] = H[k];
-      if (old) point_dudX<D>(pts, uc0, point[l], H);
+      if (old) gradient<D>(pts, uc0, point[l], H);
       for (int k = 0; k < D * D && old; ++k) H0[k][l] = H[k];
     }
   }
@@ -503,8 +509,8 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
 {
   double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D];
   const MatLaw& of_body = law.body[pts.body[p]];
-  point_dudX<D>(pts, l1.uc, p, H1);
-  if (reads_old(pts, law, mode, p)) point_dudX<D>(pts, l0.uc, p, H0);
+  gradient<D>(pts, l1.uc, p, H1);
+  if (reads_old(pts, law, mode, p)) gradient<D>(pts, l0.uc, p, H0);
   const int first = g.point.off[p], n = g.point.count(p);
   const double* dS = &g.dS[static_cast<size_t>(first) * D];
   if (!pts.eroded(p) && !is_general(pts, law, p)) {
@@ -577,10 +583,22 @@ void point_tangent_pack(int dim, const Points& pts, const PointLaws& law, const 
   else tangent_pack<3>(pts, law, mode, uc0, uc1, g, point, ke);
 }
 
+namespace {
+
+// law of the intact points of a body
+MatLaw law_of_body(const Model& m, const Body& body)
+{
+  MatLaw law = mat_law(m.material[body.material], m.dim == 2 ? body.plane : PLANE_NONE);
+  point_crack_law(m, body, law);
+  return law;
+}
+
+}  // namespace
+
 PointLaws point_laws(const Model& m)
 {
   PointLaws law;
-  for (const Body& b : m.body) law.body.push_back(point_law_of(m, b));
+  for (const Body& b : m.body) law.body.push_back(law_of_body(m, b));
   law.history = law_history(m);
   law.viscous = law.history - 1;
   return law;
@@ -609,6 +627,127 @@ void point_groups(const Points& pts, PointLaws& law)
   }
 }
 
+namespace {
+
+// position, displacement gradient and volume of a point; uc [ncorner*dim]
+void point_motion(const Points& pts, int dim, const RealVec& uc, int p, IpFields& out)
+{
+  out    = IpFields();
+  out.V0 = pts.V0[p];
+  const double *w = pts.w(p), *G = pts.G(p);
+  for (int a = 0; a < pts.conn.count(p); ++a) {
+    const int c = pts.conn.begin(p)[a];
+    for (int i = 0; i < dim; ++i) {
+      const double X = pts.Xc[c * dim + i], u = uc[c * dim + i];
+      out.X[i] += w[a] * X;
+      out.x[i] += w[a] * (X + u);
+      for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u * G[a * dim + j];
+    }
+  }
+}
+
+// strain [6] for the law of a point, and the scale of its F                             (1.14)
+template <int D>
+void general_strain(const Points& pts, const MatLaw& law, const RealVec& uc, int p, double* E, double* scale)
+{
+  double own[D * D];
+  gradient<D>(pts, uc, p, own);
+  if (!law.bar) {
+    double plane[D * D];
+    ip_strain<D>(true, own, plane);
+    six_components<D>(plane, E);
+    *scale = 1.0;
+    return;
+  }
+  RealVec H(own, own + D * D), V0{pts.V0[p]};
+  for (int q = pts.next[p]; q != p; q = pts.next[q]) {
+    if (pts.broken[q] >= 0 || pts.released[q]) continue;
+    H.resize(H.size() + D * D);
+    gradient<D>(pts, uc, q, &H[H.size() - D * D]);
+    V0.push_back(pts.V0[q]);
+  }
+  RealVec all(6 * V0.size()), scales(V0.size(), 1.0);
+  const BarGroup g{D, static_cast<int>(V0.size()), 0, nullptr, V0.data(), &law};
+  if (!bar_strains(g, true, H.data(), all.data(), scales.data())) all.assign(all.size(), std::nan(""));
+  std::copy_n(all.data(), 6, E);
+  *scale = scales[0];
+}
+
+template <int D>
+double viscous_loss(const Points& pts, const PointLaws& law, const Level& l0, const Level& l1,
+                    const IntVec& owned)
+{
+  double sum = 0.0, dE[6], E0[6], scale;
+  for (int p : owned) {
+    const MatLaw& of_body = law.body[pts.body[p]];
+    if (of_body.beta == 0.0 || pts.eroded(p)) continue;
+    general_strain<D>(pts, of_body, l0.uc, p, E0, &scale);
+    general_strain<D>(pts, of_body, l1.uc, p, dE, &scale);
+    for (int k = 0; k < 6; ++k) dE[k] -= E0[k];
+    sum += of_body.beta * pts.V0[p] * law_viscous_work(of_body, dE);
+  }
+  return sum;
+}
+
+// law of a point at the end of an increment, with its strain [6] and the scale of F
+//   in   c   degradation factor of a broken point
+MatLaw law_at_end(const Model& m, const Points& pts, const MatLaw& law, const Level& l, int p, double c,
+                  double* E, double* scale)
+{
+  const MatLaw now = law_now(m, pts, law, l, CRACK_TANGENT, p, c);      // with the width of l
+  if (m.dim == 2) general_strain<2>(pts, now, l.uc, p, E, scale);
+  else general_strain<3>(pts, now, l.uc, p, E, scale);
+  return now;
+}
+
+// energy of the penalty that ties the changes of volume of a point and its group              (1.14)
+double deviation_energy(const MatLaw& law, double scale)
+{
+  const double deviation = scale == 1.0 ? 0.0 : 3.0 * std::log(scale);       // thetabar - theta
+  return 0.5 * volume_penalty(law) * deviation * deviation;
+}
+
+// c: degradation factor of a broken point
+void point_fields(const Model& m, const Points& pts, const Level& l, int p, double c, IpFields& out)
+{
+  const MatLaw law = law_of_body(m, m.body[pts.body[p]]);
+  point_motion(pts, m.dim, l.uc, p, out);
+  if (!pts.eroded(p) && !law_is_general(law)) {
+    ip_fields_from(law, m.dim, true, out);
+    return;
+  }
+  double E[6], scale;
+  const MatLaw now = law_at_end(m, pts, law, l, p, c, E, &scale);
+  ip_general_from(now, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
+  out.psi += deviation_energy(now, scale);
+  if (law_opens(law.kind) && !pts.eroded(p))
+    out.opening = crack_opening(law, history_at(l.hp, point_history_size(pts, l), p));
+}
+
+}  // namespace
+
+void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out)
+{
+  point_fields(m, pts, l, p, !pts.eroded(p) ? 1.0 : l.degr[pts.parent[p]], out);
+}
+
+// of a broken point or a general law the energy alone
+double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c)
+{
+  const MatLaw law = law_of_body(m, m.body[pts.body[p]]);
+  if (!pts.eroded(p) && !law_is_general(law)) {
+    IpFields f;
+    point_fields(m, pts, l, p, c, f);
+    return f.psi * f.V0;
+  }
+  double E[6], scale, none[MAX_HISTORY];
+  LawOutput out;
+  const MatLaw now = law_at_end(m, pts, law, l, p, c, E, &scale);
+  if (!law_update(now, true, E, history_at(l.hp, point_history_size(pts, l), p), none, false, out))
+    return std::nan("");
+  return (out.psi + deviation_energy(now, scale)) * pts.V0[p];
+}
+
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned)
 {
   return m.dim == 2 ? energy<2>(m, pts, l, owned) : energy<3>(m, pts, l, owned);
@@ -624,8 +763,8 @@ double bulk_loss(const Model& m, const Points& pts, const PointLaws& law, const 
   BulkOfPoint q;
   for (int p : owned) {
     if (!law_opens(law.body[pts.body[p]].kind)) continue;
-    point_dudX<D>(pts, l0.uc, p, H0);
-    point_dudX<D>(pts, l1.uc, p, H1);
+    gradient<D>(pts, l0.uc, p, H0);
+    gradient<D>(pts, l1.uc, p, H1);
     if (bulk_of_point<D>(m, pts, law, mode, l0, l1, p, H0, H1, cof, q)) sum += q.loss;
   }
   return sum;
@@ -638,4 +777,35 @@ double point_bulk_loss(const Model& m, const Points& pts, const PointLaws& law, 
 {
   return m.dim == 2 ? bulk_loss<2>(m, pts, law, mode, l0, l1, owned)
                     : bulk_loss<3>(m, pts, law, mode, l0, l1, owned);
+}
+
+double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, const Level& l0, const Level& l1,
+                          const IntVec& owned)
+{
+  return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, owned) : viscous_loss<3>(pts, law, l0, l1, owned);
+}
+
+MatLaw broken_law(const Model& m, const Points& pts, int p)
+{
+  const MatLaw intact = mat_law(point_material(m, pts, p), m.body[pts.body[p]].plane);
+  return law_broken(intact, m.fracture[pts.broken[p]], 0.0, &pts.normal[3 * static_cast<size_t>(p)]);
+}
+
+void point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& owned, double& plastic,
+                      double& cohesive)
+{
+  const size_t history = point_history_size(pts, l);
+  if (history == 0) return;
+  for (int p : owned) {
+    const bool broken = pts.eroded(p) && m.fracture[pts.broken[p]].criterion == CRITERION_COHESIVE,
+               opened = broken || m.body[pts.body[p]].fracture >= 0;
+    const double* h = history_at(l.hp, history, p);
+    double flowed   = 0.0;
+    if (opened && law_flows(point_material(m, pts, p).law)) {
+      const MatLaw law = broken ? broken_law(m, pts, p) : law_of_body(m, m.body[pts.body[p]]);
+      flowed = h[law_field(law_of(law), HISTORY_FLOW_WORK)];
+    }
+    (opened ? cohesive : plastic) += pts.V0[p] * (h[HISTORY_DISSIPATED] - flowed);
+    plastic += pts.V0[p] * flowed;
+  }
 }
