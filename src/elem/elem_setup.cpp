@@ -209,9 +209,9 @@ double elem_size(const ElemBlock& b, size_t slot)
 MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t slot, double c)
 {
   const int e = b.elem[slot], def = el.broken(e);
-  if (def >= 0) return law_broken(b.law, m.fracture[def], c, &el.frac->normal[3 * static_cast<size_t>(e)]);
   MatLaw law = b.law;
-  if (!b.opens()) return law;
+  if (def >= 0) law = law_broken(b.law, m.fracture[def], c, &el.frac->normal[3 * static_cast<size_t>(e)]);
+  if (!b.opens() || !law_opens(law.kind)) return law;
   law.crack.nodes = shape_info[b.shape].nen;
   law.crack.dim   = shape_info[b.shape].dim;
   law.crack.X = &b.node_offset[static_cast<size_t>(b.kind[slot]) * law.crack.nodes * law.crack.dim];

@@ -10,7 +10,7 @@
 
 // history of a crack: normal at the end of the last increment; band width, 0: not cracked; largest opening.
 // Crack along a line (2.36c): minus the width, and the normal has the length p; shut: the normal is 0.
-// LAW_COHESIVE has one for each of three axes; one alone is the first
+// One for each of three axes; one alone is the first
 enum { CRACK_NORMAL = 0, CRACK_WIDTH = 3, CRACK_OPENING = 4, CRACK_SIZE = 5, CRACK_AXES = 3 };
 
 // relative to the largest opening: tolerance of Newton's method  (test: strength/snap.inp)

@@ -1,5 +1,6 @@
 #include "mat/hencky.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "mat/voigt.h"
@@ -109,7 +110,7 @@ void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Vec3& s, const 
   hencky_tangent(t, tau, principal_moduli(moduli, s), D);
 }
 
-void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Mat3& of, double* D)
+void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Mat3& of, double* D, double most)
 {
   const double finite = t.finite ? 1.0 : 0.0;
   double W[6][6], c[6][6] = {};                        // W: M_A (x) M_A and M_A (x) M_B + M_B (x) M_A
@@ -122,7 +123,7 @@ void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Mat3& of, doubl
     const double ba = 1.0 + finite * t.x(a), bb = 1.0 + finite * t.x(b), d = t.x(a) - t.x(b);
     six(2.0 * t.M.col(a) * t.M.col(b).transpose(), W[3 + k]);
     c[3 + k][3 + k] = std::fabs(d) > EQUAL_STRETCH * (ba + bb)
-                          ? (tau(a) * bb - tau(b) * ba) / d
+                          ? std::clamp((tau(a) * bb - tau(b) * ba) / d, -most, most)
                           : 0.25 * (of(a, a) + of(b, b) - 2.0 * of(a, b)) - 0.5 * finite * (tau(a) + tau(b));
   }
   for (int i = 0; i < 36; ++i) D[i] = 0.0;

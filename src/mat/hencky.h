@@ -8,6 +8,8 @@
 #ifndef MPFE_MAT_HENCKY_H
 #define MPFE_MAT_HENCKY_H
 
+#include <cmath>
+
 #include <Eigen/Dense>
 
 #include "mat/law.h"
@@ -44,13 +46,16 @@ void hencky_flow(const HenckyTrial& t, const Eigen::Vector3d& e, double* h_np1);
 
 // Derivative of the returned stress with respect to the elastic trial strain, s: trial deviator:
 //   bulk 1 1 + dev (I - 1 1/3) + flow s s + mixed (s 1 + 1 s)                        (2.27), (2.31)
-struct Moduli { double bulk, dev, flow, mixed = 0.0; };
+// skew: half the difference of the parts s 1 and 1 s, of flow that is not associated
+struct Moduli { double bulk, dev, flow, mixed = 0.0, skew = 0.0; };
 
-// derivatives of the principal stresses with respect to the principal strains; s: principal trial deviator
+// symmetric part of the derivatives of the principal stresses with respect to the principal strains; s: principal trial deviator
 Eigen::Matrix3d principal_moduli(const Moduli& c, const Eigen::Vector3d& s);
 
 // hencky_tangent : D of the principal stresses tau and their derivatives c                   (2.28) [36]
-void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Matrix3d& c, double* D);
+//   in   most   largest shear modulus of two axes
+void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Matrix3d& c, double* D,
+                    double most = HUGE_VAL);
 // ... from the moduli and s, the principal trial deviator
 void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Vector3d& s,
                     const Moduli& c, double* D);
@@ -72,7 +77,7 @@ struct ConeState {
   double psi, dissipated;      // / volume                                                 force/length^2
   double equivalent;           // equivalent plastic strain
   bool flows;
-  Eigen::Matrix3d c;           // derivative of tau with respect to the trial strain
+  Eigen::Matrix3d c;           // derivative of tau with respect to the trial strain, not symmetric
 };
 
 // cone_state : return of the trial strains e, with the equivalent plastic strain a at t(n)

@@ -20,7 +20,7 @@
 // History of an integration point: energy dissipated so far / volume at t = 0 (force/length^2), which
 // law_update integrates, then the variables of the law. Zero at t = 0
 enum { HISTORY_DISSIPATED = 0, HISTORY_OF_LAW = 1 };
-const int MAX_HISTORY = 24;    // maximum number of history variables of an integration point
+const int MAX_HISTORY = 32;    // maximum number of history variables of an integration point
 
 // Use of history variables outside their law
 enum HistoryUse {

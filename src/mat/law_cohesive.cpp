@@ -280,7 +280,7 @@ const double* first_crack(const MatLaw& law, const double* h)
 const double* widest(const MatLaw& law, const double* h)
 {
   const double *first = first_crack(law, h), *best = first;
-  if (law.kind != LAW_COHESIVE || first[CRACK_SIZE + CRACK_OPENING] == 0.0) return first;
+  if (first[CRACK_SIZE + CRACK_OPENING] == 0.0) return first;
   for (int i = 1; i < CRACK_AXES; ++i)
     if (first[CRACK_SIZE * i + CRACK_OPENING] > best[CRACK_OPENING]) best = first + CRACK_SIZE * i;
   return best;
@@ -298,7 +298,7 @@ const double* crack_normal_like(const MatLaw& law, const double* h, const double
 {
   const double *first = first_crack(law, h), *best = first;
   double nearest = -1.0;
-  for (int i = 0; i < CRACK_AXES && (i == 0 || law.kind == LAW_COHESIVE); ++i) {
+  for (int i = 0; i < CRACK_AXES; ++i) {
     const double* x = first + CRACK_SIZE * i;
     if (i > 0 && x[CRACK_OPENING] == 0.0) break;
     const double cosine = std::fabs(N[0] * x[0] + N[1] * x[1] + N[2] * x[2]);
@@ -381,7 +381,7 @@ double crack_share(const MatLaw& law, const double* S, const double* h, double* 
   };
   if (first[CRACK_OPENING] == 0.0) take(o.N, 0.0);
   else take(Eigen::Map<const Vec3>(first).normalized(), first[CRACK_OPENING]);
-  if (first[CRACK_OPENING] == 0.0 || law.kind != LAW_COHESIVE) return largest;
+  if (first[CRACK_OPENING] == 0.0) return largest;
   const Vec3 A = Eigen::Map<const Vec3>(first).normalized();
   const double* second = first + CRACK_SIZE;
   const bool two = second[CRACK_OPENING] > 0.0;
@@ -480,6 +480,13 @@ bool another_opens(const CrackLaw& c, const double* S, const double* R, const Op
   return !all_below(left, ft);
 }
 
+// may another axis than N be nearer to the crack?
+bool crosses(const double* h, const Vec3& N)
+{
+  const double cosine = N.dot(Eigen::Map<const Vec3>(h + CRACK_NORMAL));
+  return cosine * cosine < 0.5;
+}
+
 }  // namespace
 
 bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
@@ -495,6 +502,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   o.t = largest_stress(c, out.S, limit);
   if (o.t <= limit) return true;                       // whole, or closed
   find_normal(c, out.S, o);
+  if (h_n[CRACK_OPENING] > 0.0 && crosses(h_n, o.N)) return law_cohesive_axes(law, h_n, h_np1, tangent, out);
   o.width  = h_n[CRACK_WIDTH] == 0.0 ? crack_width(c, o.N.data()) : h_n[CRACK_WIDTH];
   o.beside = (law.lam3 + 2.0 * law.mu) / o.width;
   crack_open_along(c, h_n[CRACK_OPENING], o);

@@ -108,7 +108,6 @@ void principal_axes(const CrackLaw& c, const double* S, const double* h, Vec3* N
 void follow_axes(const double* h, int n, const Vec3* N, int* order)
 {
   for (int i = 0; i < 3; ++i) order[i] = i;
-  if (opening_at(h, 1) == 0.0) return;
   for (int i = 0; i + 1 < n; ++i) {
     const Vec3 was = normal_at(h, i);
     for (int j = i + 1; j < n; ++j)
@@ -302,10 +301,12 @@ void release(const MatLaw& law, const Axes& a, double part, double* S)
   }
 }
 
-// open cracks first: those of t(n), which come first, stay open
+// open cracks first: those of t(n), which come first, stay open. A crack that is alone keeps its normal while it
+// is closed
 void keep(const Axes& a, double* h)
 {
   double* crack = h;
+  if (a.o[0].w == 0.0 && std::none_of(a.o + 1, a.o + a.n, [](const Opening& o) { return o.k > 0.0; })) return;
   for (int i = 0; i < a.n; ++i) {
     if (a.o[i].k == 0.0) continue;
     std::copy_n(a.o[i].N.data(), 3, crack + CRACK_NORMAL);

@@ -137,7 +137,7 @@ ConeReturn cone_return(const MatLaw& law, double K, double p, double q, double a
   return r;
 }
 
-// the symmetric part                                                                             (2.40)
+// the symmetric part, and skew                                                                   (2.40)
 Moduli moduli(const MatLaw& law, double K, const ConeReturn& r)
 {
   if (!r.flows) return {K, 2.0 * law.mu, 0.0};
@@ -154,6 +154,7 @@ Moduli moduli(const MatLaw& law, double K, const ConeReturn& r)
   if (r.q == 0.0) return c;
   c.flow  = (1.0 - r.beta - part * f.steep * g) * 3.0 * law.mu / (r.q * r.q);
   c.mixed = -0.5 * part * K * (m.friction + rate * f.steep * g) / r.q;
+  c.skew  = -0.5 * part * K * (m.friction - rate * f.steep * g) / r.q;
   return c;
 }
 
@@ -220,13 +221,14 @@ ConeState cone_state(const MatLaw& law, const Vec3& e, double a)
   LawOutput out;
   out.dissipated = 0.0;
   note_flow(law, r, h, flowed, out);
+  const Moduli c = moduli(law, K, r);
   return {r.beta * s - Vec3::Constant(r.end),
           e - flow_rate(r) * s - Vec3::Constant(r.volume / 3.0),
           0.5 * r.end * r.end / K + 0.25 / law.mu * r.beta * r.beta * s.squaredNorm(),
           out.dissipated,
           flowed[FLOW_EQUIVALENT],
           r.flows,
-          principal_moduli(moduli(law, K, r), s)};
+          principal_moduli(c, s) + c.skew * (s.replicate<1, 3>() - s.transpose().replicate<3, 1>())};
 }
 
 bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,

@@ -350,10 +350,15 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
     const Material& material = is_point ? point_material(m, p.st.points, f.index)
                                         : m.material[model_material(m, f.index)];
     const bool softens = nlgeom && material.law == LAW_SVK;
+    const bool opens   = law_flows(material.law) &&
+                       std::any_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& d) {
+                         return d.criterion == CRITERION_COHESIVE;
+                       });
     std::snprintf(text, sizeof text,
-                  "%s %d turned inside out (det F <= 0)%s: check the load, or use smaller increments",
+                  "%s %d turned inside out (det F <= 0)%s%s: check the load, or use smaller increments",
                   is_point ? "material point" : "element",
                   is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
+                  opens ? ", or no openings of its cracks are in equilibrium" : "",
                   softens ? SOFTENS_TEXT : "");
     return text + master;
   }

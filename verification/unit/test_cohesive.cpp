@@ -138,10 +138,11 @@ TEST(Cohesive, ClosesToTheOriginAndPressesInFull)
   E[0] = -0.3 / M;
   b.go(E);
   EXPECT_NEAR(b.out.S[0], -0.3, 1e-12);
-  E[0] = 0.0;
-  E[1] = 0.25 / M + 0.005 / 0.1;                       // what opened one way has softened the other
+  const double nu = b.m.poisson;
+  E[1] = 0.9 * (1.0 - nu * nu) / b.m.young;            // the other axis has its strength
+  E[0] = -nu / (1.0 - nu) * E[1];
   b.go(E);
-  EXPECT_NEAR(b.out.S[1], 0.25, 1e-12);
+  EXPECT_NEAR(b.out.S[1], 0.9, 1e-12);
   E[1] = 0.0;
   E[0] = 0.5 / M + 0.01 / 0.1;
   b.go(E);
@@ -269,13 +270,16 @@ TEST(Cohesive, WidthOfAPointIsThatOfItsBox)
 }
 
 // largest opening of the i-th crack in a history
-double opened(const double* h, int i) { return h[HISTORY_OF_LAW + 5 * i + 4]; }
+double opened(const Crack& b, const double* h, int i)
+{
+  return h[law_field(law_of(b.law), HISTORY_CRACK) + 5 * i + 4];
+}
 
 // has a crack begun? Its width depends on the strain then, except in a disc
-bool begins(const double* h, const double* h1)
+bool begins(const Crack& b, const double* h1)
 {
   for (int i = 0; i < 3; ++i)
-    if (opened(h, i) == 0.0 && opened(h1, i) > 0.0) return true;
+    if (opened(b, b.h, i) == 0.0 && opened(b, h1, i) > 0.0) return true;
   return false;
 }
 
@@ -300,7 +304,7 @@ TEST(Cohesive, StressAndTangentAreDerivatives)
       for (int trial = 0; trial < 40; ++trial) {
         Crack b(plane, s);
         double E[6], h1[MAX_HISTORY] = {0};
-        if (!two_strains(gen, trial, plane, b, E, h1, grown) || begins(b.h, h1)) continue;
+        if (!two_strains(gen, trial, plane, b, E, h1, grown) || begins(b, h1)) continue;
         compare(b, plane, E, 2e-5, 2e-3);
       }
   EXPECT_GT(grown, 50);
@@ -426,7 +430,7 @@ TEST(CohesiveAxes, StrengthIsTheLimitBesideACrack)
     strains_of(b, w, S, 0.1, E);
     b.go(E);
     EXPECT_NEAR(b.out.S[1], 0.999, 1e-12);
-    EXPECT_EQ(opened(b.h, 1), 0.0);                      // not yet
+    EXPECT_EQ(opened(b, b.h, 1), 0.0);                      // not yet
     for (double second : {0.001, 0.004, 0.009, 0.0119, 0.015, 0.05}) {
       w[1] = second;
       S[1] = traction(s, second);
@@ -434,7 +438,7 @@ TEST(CohesiveAxes, StrengthIsTheLimitBesideACrack)
       b.go(E);
       for (int i = 0; i < 2; ++i) {
         EXPECT_NEAR(b.out.S[i], S[i], 1e-11) << s << " " << second << i;
-        EXPECT_NEAR(opened(b.h, i), w[i], 1e-12) << s << " " << second << i;
+        EXPECT_NEAR(opened(b, b.h, i), w[i], 1e-12) << s << " " << second << i;
       }
     }
     if (s != SOFTENING_LINEAR) continue;
@@ -460,8 +464,8 @@ TEST(CohesiveAxes, StrainsCrossWithoutAJump)
     EXPECT_NEAR(b.out.S[0], S[0], 1e-12) << i;
     EXPECT_NEAR(b.out.S[1], S[1], 1e-12) << i;
   }
-  EXPECT_NEAR(opened(b.h, 0), 0.012, 1e-13);
-  EXPECT_NEAR(opened(b.h, 1), 0.015, 1e-13);
+  EXPECT_NEAR(opened(b, b.h, 0), 0.012, 1e-13);
+  EXPECT_NEAR(opened(b, b.h, 1), 0.015, 1e-13);
 }
 
 // random paths of several openings: the work is stored or dissipated, what is dissipated never falls, no stress of
@@ -490,8 +494,8 @@ TEST(CohesiveAxes, RandomPathsAreAPotential)
           if (!follows) {
             EXPECT_GE(gone, -1e-13);
           }
-          if (opened(b.h, 1) > 0.0 && !begins(b.h, h1) && !follows) {
-            grows += opened(h1, 1) > opened(b.h, 1);
+          if (opened(b, b.h, 1) > 0.0 && !begins(b, h1) && !follows) {
+            grows += opened(b, h1, 1) > opened(b, b.h, 1);
             compare(b, plane, E1, 1e-4, 1e-2);
           }
           ASSERT_TRUE(b.at(E1, b.out, h1));
@@ -499,8 +503,8 @@ TEST(CohesiveAxes, RandomPathsAreAPotential)
           for (int k = 0; k < 6; ++k) work += (k < 3 ? 1.0 : 2.0) * S[k] * (E1[k] - E0[k]);
           EXPECT_NEAR(work, b.out.psi - psi0 + gone, 1e-12 * (1.0 + std::fabs(work))) << plane << follows << " " << step;
           std::copy(h1, h1 + MAX_HISTORY, b.h);
-          two += opened(b.h, 1) > 0.0;
-          three += opened(b.h, 2) > 0.0;
+          two += opened(b, b.h, 1) > 0.0;
+          three += opened(b, b.h, 2) > 0.0;
           psi0 = b.out.psi;
           std::copy(E1, E1 + 6, E0);
           double full[9];
@@ -540,15 +544,32 @@ TEST(CohesiveAxes, TurnedPathsAreTheSame)
         for (int k = 0; k < 4; ++k) EXPECT_NEAR(b.out.S[k], S[k], 1e-7) << angle << " " << i << k;
         EXPECT_NEAR(a.h[HISTORY_DISSIPATED], b.h[HISTORY_DISSIPATED], 1e-8);
       }
-      EXPECT_GT(opened(a.h, 1), 0.0);
+      EXPECT_GT(opened(a, a.h, 1), 0.0);
     }
 }
+
+namespace {
+
+// largest principal stress in space, in 2D in the plane; of Kirchhoff where strains are large: S C has its
+// eigenvalues
+double largest_stress(const Crack& b, Plane plane, const double* E)
+{
+  double S[9], C[9];
+  full_tensor<3>(b.out.S, S);
+  full_tensor<3>(E, C);
+  Eigen::Matrix3d SC = Eigen::Map<Eigen::Matrix3d>(S);
+  if (b.finite) SC *= (Eigen::Matrix3d::Identity() + 2.0 * Eigen::Map<Eigen::Matrix3d>(C)).eval();
+  if (plane == PLANE_NONE) return SC.eigenvalues().real().maxCoeff();
+  return SC.topLeftCorner<2, 2>().eigenvalues().real().maxCoeff();
+}
+
+}  // namespace
 
 // what does not flow is the elastic law
 TEST(CohesiveFlow, WithoutFlowIsCohesive)
 {
   std::mt19937 gen(11);
-  int alone = 0;
+  int alone = 0, several = 0;
   for (Softening s : softenings)
     for (Plane plane : planes)
       for (int trial = 0; trial < 20; ++trial) {
@@ -559,15 +580,18 @@ TEST(CohesiveFlow, WithoutFlowIsCohesive)
           random_strain(gen, size, plane, E);
           a.go(E);
           b.go(E);
-          if (opened(a.h, 1) > 0.0) break;    // a second crack: what flows has one
-          ++alone;
+          ++(opened(a, a.h, 1) > 0.0 ? several : alone);
           EXPECT_NEAR(a.out.psi, b.out.psi, 1e-10);
           EXPECT_NEAR(a.h[HISTORY_DISSIPATED], b.h[HISTORY_DISSIPATED], 1e-10);
           for (int i = 0; i < 6; ++i) EXPECT_NEAR(a.out.S[i], b.out.S[i], 1e-9) << plane << i;
-          for (int i = 0; i < 36; ++i) EXPECT_NEAR(a.out.D[i], b.out.D[i], 1e-6) << plane << i;
+          for (int i = 0; i < 36; ++i) {
+            if (plane != PLANE_NONE && (i / 6 > 3 || i % 6 > 3)) continue;
+            EXPECT_NEAR(a.out.D[i], b.out.D[i], 1e-6) << plane << i;
+          }
         }
       }
   EXPECT_GT(alone, 250);
+  EXPECT_GT(several, 100);
 }
 
 // and what does not open is the cone alone
@@ -615,7 +639,7 @@ TEST(CohesiveFlow, StressAndTangentAreDerivatives)
         random_strain(gen, trial % 2 ? 0.05 : 0.03, plane, E);
         ASSERT_TRUE(b.at(E, b.out, h1));
         const int flow = law_field(law_of(b.law), HISTORY_EQUIVALENT);
-        if (h1[flow] == b.h[flow]) continue;
+        if (h1[flow] == b.h[flow] || begins(b, h1)) continue;
         ++(trial < 240 ? both : both_curved);
         compare(b, plane, E, 5e-5, 1e-2);
       }
@@ -653,6 +677,8 @@ TEST(CohesiveFlow, PlaneStressIsFound)
           cracked += crack_opening(b.law, b.h) > 0.0;
           if (trial % 200 >= 10 || trial % 2 == 0 || !found) continue;
           random_strain(gen, 0.05, PLANE_STRESS, E);
+          ASSERT_TRUE(b.at(E, b.out, h1));
+          if (begins(b, h1)) continue;
           compare(b, PLANE_STRESS, E, 1e-6, 1e-4);
         }
   EXPECT_EQ(missed, 0);
@@ -702,4 +728,89 @@ TEST(CohesiveFlow, LongPathsConserveEnergy)
     }
     EXPECT_NEAR(kept, work, (dilation > 0.0 ? 1e-4 : 4e-3) * work) << dilation;
   }
+}
+
+// cracks along several axes of material that flows, in steps from strain to strain, one or ten, with and without
+// dilation, straight and curved: there is always an answer, no stress is beyond the strength, no step gains energy
+TEST(CohesiveFlow, SeveralAxesAreFound)
+{
+  std::mt19937 gen(23);
+  int missed = 0, negative = 0, beyond = 0, two = 0, three = 0, flows = 0;
+  for (bool large : {false, true})
+    for (Plane plane : planes)
+      for (Softening s : softenings)
+        for (double y : {1.5, 3.0, 10.0, 30.0})
+          for (int trial = 0; trial < 150; ++trial) {
+            FlowCrack b(plane, s, y, large);
+            if (trial % 3 == 2) b.bend();
+            b.m.dilation = trial % 2 ? b.m.dilation : 0.0;
+            const int steps = trial < 75 ? 1 : 10, flow = law_field(law_of(b.law), HISTORY_EQUIVALENT);
+            double from[6] = {0}, to[6] = {0}, E[6], h1[MAX_HISTORY];
+            for (int n = 0; n < 8 * steps; ++n) {
+              if (n % steps == 0) {
+                std::copy(to, to + 6, from);
+                random_strain(gen, n / steps % 2 ? 0.1 : 0.03, plane, to);
+                for (int i = 0; i < (plane == PLANE_NONE ? 3 : 2); ++i) to[i] += 0.03;
+              }
+              for (int i = 0; i < 6; ++i) E[i] = from[i] + (to[i] - from[i]) * (n % steps + 1) / steps;
+              if (!b.at(E, b.out, h1)) {
+                ++missed;
+                break;
+              }
+              negative += b.out.dissipated < -1e-12;
+              beyond += largest_stress(b, plane, E) > 1.0 + 1e-6;
+              flows += h1[flow] > b.h[flow];
+              std::copy(h1, h1 + MAX_HISTORY, b.h);
+              two += opened(b, b.h, 1) > 0.0;
+              three += opened(b, b.h, 2) > 0.0;
+            }
+          }
+  EXPECT_EQ(missed, 0);
+  EXPECT_EQ(negative, 0);
+  EXPECT_EQ(beyond, 0);
+  EXPECT_GT(two, 400000);
+  EXPECT_GT(three, 80000);
+  EXPECT_GT(flows, 80000);
+}
+
+// random paths of several openings and flow: the work is stored or dissipated, derivatives of energy and stress
+TEST(CohesiveFlow, SeveralAxesAreAPotential)
+{
+  std::mt19937 gen(29);
+  KernelMode mode;
+  mode.mid   = true;
+  mode.s_new = mode.s_old = 0.5;
+  int several = 0, both = 0;
+  for (bool large : {false, true})
+    for (Softening s : softenings)
+      for (Plane plane : planes)
+        for (int trial = 0; trial < 60; ++trial) {
+          FlowCrack b(plane, s, trial % 3 ? 3.0 : 10.0, large);
+          if (trial % 2) b.bend();
+          const int flow = law_field(law_of(b.law), HISTORY_EQUIVALENT);
+          mode.finite    = large;
+          double E0[6] = {0}, psi0 = 0.0;
+          for (int step = 0; step < 8; ++step) {
+            double E1[6], S[6], h1[MAX_HISTORY] = {0};
+            random_strain(gen, 0.06, plane, E1);
+            for (int i = 0; i < (plane == PLANE_NONE ? 3 : 2); ++i) E1[i] += 0.04;
+            ASSERT_TRUE(law_step(b.law, mode, E0, E1, b.h, h1, S, nullptr));
+            const double gone = h1[HISTORY_DISSIPATED] - b.h[HISTORY_DISSIPATED];
+            EXPECT_GE(gone, -1e-12);
+            if (opened(b, b.h, 1) > 0.0 && !begins(b, h1)) {
+              ++several;
+              both += h1[flow] > b.h[flow];
+              compare(b, plane, E1, 1e-4, 1e-2);
+            }
+            ASSERT_TRUE(b.at(E1, b.out, h1));
+            double work = 0.0;
+            for (int k = 0; k < 6; ++k) work += (k < 3 ? 1.0 : 2.0) * S[k] * (E1[k] - E0[k]);
+            EXPECT_NEAR(work, b.out.psi - psi0 + gone, 1e-12 * (1.0 + std::fabs(work))) << plane << " " << step;
+            std::copy(h1, h1 + MAX_HISTORY, b.h);
+            psi0 = b.out.psi;
+            std::copy(E1, E1 + 6, E0);
+          }
+        }
+  EXPECT_GT(several, 4000);
+  EXPECT_GT(both, 500);
 }
