@@ -49,7 +49,8 @@ void hencky_flow(const HenckyTrial& t, const Eigen::Vector3d& e, double* h_np1);
 // skew: half the difference of the parts s 1 and 1 s, of flow that is not associated
 struct Moduli { double bulk, dev, flow, mixed = 0.0, skew = 0.0; };
 
-// symmetric part of the derivatives of the principal stresses with respect to the principal strains; s: principal trial deviator
+// principal_moduli : symmetric part of the derivatives of the principal stresses with respect to the
+// principal strains; s: principal trial deviator
 Eigen::Matrix3d principal_moduli(const Moduli& c, const Eigen::Vector3d& s);
 
 // hencky_tangent : D of the principal stresses tau and their derivatives c                   (2.28) [36]

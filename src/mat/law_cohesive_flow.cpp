@@ -1,8 +1,8 @@
 // ---------------------------------------------------------------------------
 // law_cohesive_flow.cpp : cohesive cracks in plastic material                           (doc/theory.md 2.6)
 //
-// law_cohesive.cpp and law_cohesive_axes.cpp with the cone of law_drucker_prager.cpp as the law of the adjacent
-// material, in the principal elastic trial strains e, which the openings w reduce:
+// law_cohesive.cpp and law_cohesive_axes.cpp with the cone of law_drucker_prager.cpp as the law of the
+// adjacent material, in the principal elastic trial strains e, which the openings w reduce:
 //
 //   tau = cone(e - sum of w_i/b_i N_i),  tau_i = f(k_i)/k_i w_i                                      (2.41)
 //
@@ -132,6 +132,13 @@ struct Cracked {
     return stress(i);
   }
   double stress(int i) const { return beside.tau(crack[i].axis); }
+  // is a crack open?
+  bool opens() const
+  {
+    for (int i = 0; i < n; ++i)
+      if (crack[i].w > 0.0) return true;
+    return false;
+  }
   // tension beyond which the i-th crack opens
   double limit(int i) const { return crack[i].k0 > 0.0 ? 0.0 : crack_strength(law.crack); }
 
@@ -220,8 +227,8 @@ double off_balance(const Cracked& c)
   return largest;
 }
 
-// a correction of Newton's method for the cracks that are open; false, and unchanged: it does not halve what is
-// off balance
+// a correction of Newton's method for the cracks that are open; false, and unchanged: it does not halve what
+// is off balance
 bool correct_all(Cracked& c)
 {
   Mat3 K    = Mat3::Identity();
@@ -256,8 +263,8 @@ bool correct_all(Cracked& c)
   return false;
 }
 
-// (2.41) along all axes: corrections of Newton's method, and one axis after the other where they fail. false: not
-// found
+// (2.41) along all axes: corrections of Newton's method, and one axis after the other where they fail. false:
+// not found
 //   in   size   stress of the trial strains
 bool balance(Cracked& c, double size)
 {
@@ -328,21 +335,30 @@ void turn_axes(const Vec3& a, int first, int second, HenckyTrial& t)
   t.M = t.L.transpose().triangularView<Eigen::Upper>().solve(t.n);
 }
 
-// gives each crack of t(n) the axis that is nearest to its normal, which moves with the material; axes of equal
-// strain turn to it, before a crack to the first edge of the element
-void follow_cracks(const CrackLaw& c, const double* h, int n, int* axis, HenckyTrial& t)
+// gives each crack of t(n) the axis that is nearest to its normal, which moves with the material; axes of
+// equal strain turn to it
+void follow_cracks(const double* h, int n, int* axis, HenckyTrial& t)
 {
-  for (int i = 0; i + 1 < n; ++i) {
-    Vec3 a = Eigen::Map<const Vec3>(crack_in(h, i) + CRACK_NORMAL);
-    const bool opened = crack_in(h, i)[CRACK_OPENING] > 0.0;
-    if (!opened && (i > 0 || !c.X || !same_strain(t, axis[0], axis[1]))) return;
-    for (int k = 0; k < c.dim && !opened; ++k) a(k) = c.X[c.dim + k] - c.X[k];
-    a = t.L.triangularView<Eigen::Lower>().solve(a).eval();
-    for (int j = i + 1; j < n && opened; ++j)
-      if (std::fabs(a.dot(t.n.col(axis[j]))) > std::fabs(a.dot(t.n.col(axis[i])))) std::swap(axis[i], axis[j]);
+  for (int i = 0; i + 1 < n && crack_in(h, i)[CRACK_OPENING] > 0.0; ++i) {
+    const Eigen::Map<const Vec3> N(crack_in(h, i) + CRACK_NORMAL);
+    const auto cosine = [&](int j) { return std::fabs(N.dot(t.M.col(axis[j]))); };
+    for (int j = i + 1; j < n; ++j)
+      if (cosine(j) > cosine(i)) std::swap(axis[i], axis[j]);
+    const Vec3 a = t.L.triangularView<Eigen::Lower>().solve(N);
     for (int j = i + 1; j < n; ++j)
       if (same_strain(t, axis[i], axis[j])) turn_axes(a, axis[i], axis[j], t);
   }
+}
+
+// axes of equal strain at the first crack turn to the first edge of the element
+void turn_to_edge(const Cracked& c, HenckyTrial& t)
+{
+  const CrackLaw& law = c.law.crack;
+  Vec3 edge = Vec3::Zero();
+  for (int k = 0; k < law.dim && law.X; ++k) edge(k) = law.X[law.dim + k] - law.X[k];
+  const int first = c.crack[0].axis;
+  for (int j = 1; j < law.dim; ++j)
+    if (same_strain(t, first, c.crack[j].axis)) turn_axes(edge, first, c.crack[j].axis, t);
 }
 
 // the axis across the sheet
@@ -388,13 +404,14 @@ bool trial_of(bool finite, const double* strain, const double* h_n, bool sheet, 
 // the symmetric moduli with the cracks, in a sheet those of the plane
 Mat3 cracked_moduli(const Cracked& c)
 {
-  Mat3 D = 0.5 * (c.beside.c + c.beside.c.transpose());
+  const Mat3 D = 0.5 * (c.beside.c + c.beside.c.transpose());
   const CrackTangent tangent = c.law.crack.tangent;
-  Eigen::Matrix<double, 3, 3> N = Mat3::Zero(), K = Mat3::Identity() * (c.law.lam3 + 2.0 * c.law.mu);
-  const auto open = [&](int i) { return i < c.n && c.crack[i].w > 0.0; };
+  if (!c.opens()) return D;
+  Mat3 N = Mat3::Zero(), K = Mat3::Identity() * (c.law.lam3 + 2.0 * c.law.mu);
+  const auto open = [&](int i) { return c.crack[i].w > 0.0; };
   for (int i = 0; i < c.n; ++i) {
-    if (!open(i)) continue;
     const AxisCrack& o = c.crack[i];
+    if (!open(i)) continue;
     N.col(i) = D.col(o.axis);
     if (c.thick >= 0) N(c.thick, i) = 0.0;
     for (int j = 0; j < c.n; ++j)
@@ -454,7 +471,7 @@ bool next_flow_widths(const HenckyTrial& t, Cracked& c)
 //   inout tau   principal stresses: with the new widths, unless the next increment returns to them at once
 bool follow(const HenckyTrial& t, Cracked& c, LawOutput& out, Vec3& tau)
 {
-  if (std::none_of(c.crack, c.crack + c.n, [](const AxisCrack& o) { return o.w > 0.0; })) return true;
+  if (!c.opens()) return true;
   Cracked next = c;
   if (!next_flow_widths(t, next)) return true;
   next.a = c.beside.equivalent;
@@ -479,8 +496,8 @@ bool follow(const HenckyTrial& t, Cracked& c, LawOutput& out, Vec3& tau)
   return true;
 }
 
-// open cracks first: those of t(n), which come first, stay open. A crack that is alone keeps its normal while it
-// is closed
+// open cracks first: those of t(n), which come first, stay open. A crack that is alone keeps its normal while
+// it is closed
 void keep_cracks(const HenckyTrial& t, const Cracked& c, double* h)
 {
   double* to = h + CRACK;
@@ -501,7 +518,7 @@ Cracked start(const MatLaw& law, const double* h_n, HenckyTrial& t, int& axes)
   const bool sheet = law.plane == PLANE_STRESS;
   int axis[3];
   axes = open_axes(law.crack, t, axis);
-  follow_cracks(law.crack, h_n, axes, axis, t);
+  if (crack_in(h_n, 0)[CRACK_OPENING] > 0.0) follow_cracks(h_n, axes, axis, t);
   Cracked c{law, t.e, h_n[FLOW_EQUIVALENT], sheet ? thickness_axis(t) : -1, 1, {}, {}, true};
   if (sheet) c.e(c.thick) = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (t.e.sum() - t.e(c.thick));
   for (int i = 0; i < axes; ++i) {
@@ -516,9 +533,12 @@ Cracked start(const MatLaw& law, const double* h_n, HenckyTrial& t, int& axes)
 }
 
 // opens the cracks; all axes where the stress beside one reaches the strength. false: not found
-bool open_cracks(const HenckyTrial& t, int axes, Cracked& c)
+bool open_cracks(int axes, HenckyTrial& t, Cracked& c)
 {
-  if (c.crack[0].k0 == 0.0 && (c.stress(0) <= c.limit(0) || !may_begin(c.law.crack))) return true;
+  if (c.crack[0].k0 == 0.0) {
+    if (c.stress(0) <= c.limit(0) || !may_begin(c.law.crack)) return true;
+    turn_to_edge(c, t);
+  }
   find_widths(t, c);
   if (!open_all(c)) return false;
   const auto exceeds = [&](int i) { return c.beside.tau(c.crack[i].axis) > crack_strength(c.law.crack); };
@@ -542,7 +562,7 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
   Cracked c = start(law, h_n, t, axes);
   const Vec3 tau = c.beside.tau;
   // 2. the cracks
-  if (!open_cracks(t, axes, c)) return false;
+  if (!open_cracks(axes, t, c)) return false;
   if (sheet) set_thickness(finite, h_n, c.e(c.thick), c.thick, t, out);
   hencky_stress(t, c.beside.tau, out.S);
   out.psi        = c.stored();

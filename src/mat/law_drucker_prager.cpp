@@ -216,6 +216,9 @@ ConeState cone_state(const MatLaw& law, const Vec3& e, double a)
   const double K = bulk_modulus(law);
   const Vec3 s   = deviator(law, e);
   const ConeReturn r = cone_return(law, K, -K * e.sum(), std::sqrt(1.5) * s.norm(), a);
+  if (!r.flows)
+    return {s - Vec3::Constant(r.end), e, 0.5 * r.end * r.end / K + 0.25 / law.mu * s.squaredNorm(), 0.0, a,
+            false, principal_moduli({K, 2.0 * law.mu, 0.0}, s)};
   double h[FLOW_GAP + 1] = {}, flowed[FLOW_GAP + 1];
   h[FLOW_EQUIVALENT] = a;
   LawOutput out;

@@ -730,6 +730,37 @@ TEST(CohesiveFlow, LongPathsConserveEnergy)
   }
 }
 
+// equal strains along both axes, then shear, a second crack and flow, in an element that is turned with it
+TEST(CohesiveFlow, TurnedPathsAreTheSame)
+{
+  for (Plane plane : {PLANE_STRAIN, PLANE_STRESS})
+    for (double angle : {0.1, 0.5, 1.0, 2.0}) {
+      FlowCrack a(plane, SOFTENING_LINEAR, 3.0, false), b(plane, SOFTENING_LINEAR, 3.0, false);
+      double X[8];
+      for (int k = 0; k < 4; ++k) {
+        X[2 * k]     = std::cos(angle) * square[2 * k] - std::sin(angle) * square[2 * k + 1];
+        X[2 * k + 1] = std::sin(angle) * square[2 * k] + std::cos(angle) * square[2 * k + 1];
+      }
+      b.law.crack.X = X;
+      for (int i = 1; i <= 60; ++i) {
+        double E[6] = {0.001 * i, 0.001 * i, 0, 0, 0, 0}, of[6], S[6];
+        if (i > 10) {                                  // shear, one axis is pressed, the other opens
+          E[0] = 0.01 - 0.002 * (i - 10);
+          E[1] = 0.01 + 0.004 * (i - 10);
+          E[3] = 0.0005 * (i - 10);
+        }
+        a.go(E);
+        turned(angle, E, of);
+        b.go(of);
+        turned(angle, a.out.S, S);
+        for (int k = 0; k < 4; ++k) EXPECT_NEAR(b.out.S[k], S[k], 1e-7) << angle << " " << i << k;
+        EXPECT_NEAR(a.h[HISTORY_DISSIPATED], b.h[HISTORY_DISSIPATED], 1e-8);
+      }
+      EXPECT_GT(opened(a, a.h, 1), 0.0);
+      EXPECT_GT(a.h[law_field(law_of(a.law), HISTORY_EQUIVALENT)], 0.0);
+    }
+}
+
 // cracks along several axes of material that flows, in steps from strain to strain, one or ten, with and without
 // dilation, straight and curved: there is always an answer, no stress is beyond the strength, no step gains energy
 TEST(CohesiveFlow, SeveralAxesAreFound)
