@@ -487,6 +487,20 @@ bool crosses(const double* h, const Vec3& N)
   return cosine * cosine < 0.5;
 }
 
+// does no crack begin along o.N, and are all other axes pressed? The closed crack in h turns with its axis
+bool rests(const CrackLaw& c, const double* S, const Opening& o, double* h)
+{
+  if (o.t > crack_strength(c)) return false;
+  const Mat3 full = full_of(S);
+  const Vec3 B = other_axis(c, full, o.N), C = o.N.cross(B);
+  if (B.dot(full * B) > 0.0 || (c.dim == 3 && C.dot(full * C) > 0.0)) return false;
+  Eigen::Map<Vec3> N(h + CRACK_NORMAL);
+  const bool second = c.dim == 2 || std::fabs(N.dot(B)) >= std::fabs(N.dot(C));
+  if (std::fabs(N.dot(o.N)) > std::fabs(N.dot(second ? B : C))) return false;
+  N = second ? B : C;
+  return true;
+}
+
 }  // namespace
 
 bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
@@ -502,7 +516,8 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   o.t = largest_stress(c, out.S, limit);
   if (o.t <= limit) return true;                       // whole, or closed
   find_normal(c, out.S, o);
-  if (h_n[CRACK_OPENING] > 0.0 && crosses(h_n, o.N)) return law_cohesive_axes(law, h_n, h_np1, tangent, out);
+  if (h_n[CRACK_OPENING] > 0.0 && crosses(h_n, o.N))
+    return rests(c, out.S, o, h_np1) || law_cohesive_axes(law, h_n, h_np1, tangent, out);
   o.width  = h_n[CRACK_WIDTH] == 0.0 ? crack_width(c, o.N.data()) : h_n[CRACK_WIDTH];
   o.beside = (law.lam3 + 2.0 * law.mu) / o.width;
   crack_open_along(c, h_n[CRACK_OPENING], o);

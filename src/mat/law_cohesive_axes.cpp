@@ -301,13 +301,10 @@ void release(const MatLaw& law, const Axes& a, double part, double* S)
   }
 }
 
-// open cracks first: those of t(n), which come first, stay open. A crack that is alone keeps its normal while
-// it is closed
+// open cracks first: those of t(n), which come first, stay open
 void keep(const Axes& a, double* h)
 {
   double* crack = h;
-  const auto opened = [](const Opening& o) { return o.k > 0.0; };
-  if (a.o[0].w == 0.0 && std::none_of(a.o + 1, a.o + a.n, opened)) return;
   for (int i = 0; i < a.n; ++i) {
     if (a.o[i].k == 0.0) continue;
     std::copy_n(a.o[i].N.data(), 3, crack + CRACK_NORMAL);

@@ -497,12 +497,13 @@ bool follow(const HenckyTrial& t, Cracked& c, LawOutput& out, Vec3& tau)
 }
 
 // open cracks first: those of t(n), which come first, stay open. A crack that is alone keeps its normal while
-// it is closed
-void keep_cracks(const HenckyTrial& t, const Cracked& c, double* h)
+// all axes are pressed
+void keep_cracks(const HenckyTrial& t, const Cracked& c, int axes, double* h)
 {
   double* to = h + CRACK;
-  const auto opened = [](const AxisCrack& o) { return o.k > 0.0; };
-  if (c.crack[0].w == 0.0 && std::none_of(c.crack + 1, c.crack + c.n, opened)) return;
+  double largest = c.stress(0);
+  for (int i = 1; i < axes; ++i) largest = std::max(largest, c.stress(i));
+  if (c.n == 1 && !c.opens() && largest <= 0.0) return;
   for (int i = 0; i < c.n; ++i) {
     if (c.crack[i].k == 0.0) continue;
     Eigen::Map<Vec3>(to + CRACK_NORMAL) = normal_of(t, c.crack[i].axis);
@@ -581,7 +582,7 @@ bool law_cohesive_flow(const MatLaw& law, bool finite, const double* E, const do
   if (open) {
     Vec3 next = c.beside.tau;
     if (!follow(t, c, out, next)) return false;
-    keep_cracks(t, c, h_np1);
+    keep_cracks(t, c, axes, h_np1);
     // half the force belongs to the next increment
     if (law.crack.tangent == CRACK_MEAN) hencky_stress(t, 0.5 * (c.beside.tau + next), out.S);
   }
