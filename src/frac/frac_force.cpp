@@ -11,37 +11,55 @@ namespace {
 
 // ---- configurational force in a ball                                               (7.5), (7.6)
 
+// displacement gradient H, P and energy W at a Gauss point of an intact element, strains E there
+template <int D>
+void point_fields(const Scan& s, const ElemBlock& b, int e, int g, const double* E, const double* u, double* H,
+                  double* P, double& W)
+{
+  double S[D * D];
+  W = 0.0;
+  ip_gradient<D, 0>(&b.dNdX[(b.gauss(s.el.slot_of[e]) + g) * shape_info[b.shape].nen * D],
+                    shape_info[b.shape].nen, u, H);
+  ip_law<D>(b.law, E, S);
+  if (const double E33 = elem_initial33(s.el, s.l.he, e, g)) {             // plane strain
+    W = 0.5 * (b.law.lam + 2.0 * b.law.mu) * E33 * E33;
+    for (int i = 0; i < D; ++i) {
+      W += 0.5 * b.law.lam * E33 * E[i * D + i];
+      S[i * D + i] += b.law.lam * E33;
+    }
+  }
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      P[i * D + j] = S[i * D + j];
+      W += 0.5 * S[i * D + j] * E[i * D + j];
+      if (s.step.nlgeom)
+        for (int k = 0; k < D; ++k) P[i * D + j] += H[i * D + k] * S[k * D + j];
+    }
+}
+
+template <int D>
+void node_displacements(const Scan& s, int e, double* u)
+{
+  const int *node = s.m.mesh.conn.begin(e);
+  for (int a = 0; a < s.m.mesh.conn.count(e); ++a)
+    for (int i = 0; i < D; ++i) u[a * D + i] = s.l.u[node[a] * D + i];
+}
+
 // J += sum_a q_a F_a of one element
 template <int D>
 void add_force_of(const Scan& s, int e, const double* q, double* J)
 {
   const ElemBlock& b    = s.el.block[s.el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
-  const int nen = info.nen, *node = s.m.mesh.conn.begin(e);
-  double E[72], u[24];
+  const int nen = info.nen;
+  double E[72], u[24], H[D * D], P[D * D], W;
   elem_strains(s.m, s.el, e, s.l.u, &s.l.he, s.step.nlgeom, E);
-  for (int a = 0; a < nen; ++a)
-    for (int i = 0; i < D; ++i) u[a * D + i] = s.l.u[node[a] * D + i];
+  node_displacements<D>(s, e, u);
   for (int g = 0; g < info.ngp; ++g) {
     const size_t at  = b.gauss(s.el.slot_of[e]) + g;
     const double* dN = &b.dNdX[at * nen * D];
-    double H[D * D], S[D * D], P[D * D], gq[D] = {0}, W = 0.0;
-    ip_gradient<D, 0>(dN, nen, u, H);
-    ip_law<D>(b.law, E + g * D * D, S);
-    if (const double E33 = elem_initial33(s.el, s.l.he, e, g)) {           // plane strain
-      W = 0.5 * (b.law.lam + 2.0 * b.law.mu) * E33 * E33;
-      for (int i = 0; i < D; ++i) {
-        W += 0.5 * b.law.lam * E33 * E[(g * D + i) * D + i];
-        S[i * D + i] += b.law.lam * E33;
-      }
-    }
-    for (int i = 0; i < D; ++i)
-      for (int j = 0; j < D; ++j) {
-        P[i * D + j] = S[i * D + j];
-        W += 0.5 * S[i * D + j] * E[(g * D + i) * D + j];
-        if (s.step.nlgeom)
-          for (int k = 0; k < D; ++k) P[i * D + j] += H[i * D + k] * S[k * D + j];
-      }
+    double gq[D] = {0};
+    point_fields<D>(s, b, e, g, E + g * D * D, u, H, P, W);
     for (int a = 0; a < nen; ++a)
       for (int j = 0; j < D; ++j) gq[j] += q[a] * dN[a * D + j];
     for (int k = 0; k < D; ++k)
@@ -50,6 +68,25 @@ void add_force_of(const Scan& s, int e, const double* q, double* J)
         for (int i = 0; i < D; ++i) eshelby += H[i * D + k] * P[i * D + j];
         J[k] += b.w[at] * eshelby * gq[j];
       }
+  }
+}
+
+// f += force of an intact element on one of its nodes
+template <int D>
+void add_node_force(const Scan& s, int e, int node, double* f)
+{
+  const ElemBlock& b    = s.el.block[s.el.initial_block[e]];
+  const ShapeInfo& info = shape_info[b.shape];
+  const int nen = info.nen, *conn = s.m.mesh.conn.begin(e);
+  const int local = static_cast<int>(std::find(conn, conn + nen, node) - conn);
+  double E[72], u[24], H[D * D], P[D * D], W;
+  elem_strains(s.m, s.el, e, s.l.u, &s.l.he, s.step.nlgeom, E);
+  node_displacements<D>(s, e, u);
+  for (int g = 0; g < info.ngp; ++g) {
+    const size_t at = b.gauss(s.el.slot_of[e]) + g;
+    point_fields<D>(s, b, e, g, E + g * D * D, u, H, P, W);
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) f[i] += b.w[at] * P[i * D + j] * b.dNdX[(at * nen + local) * D + j];
   }
 }
 
@@ -95,8 +132,7 @@ namespace {
 // q of (7.6) at x
 double weight_at(const double* x, const double* c, double radius)
 {
-  const double r = std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
-  return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+  return ball_q(std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]), radius);
 }
 
 double weight_of(const Scan& s, int node, const double* c, double radius)
@@ -119,7 +155,7 @@ void take_surface(const Scan& s, int e, double radius, double* J)
     for (const FreeFace& o : face) notch = notch || (&o != &f && facing(f, o, s.fm.local[e], false));
     if (notch) continue;
     const double W = elem_energy_one(s.m, s.el, f.elem, s.l, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
-    for (int i = 0; i < 3; ++i) J[i] += q * W * f.area[i];
+    for (int i = 0; i < 3; ++i) J[i] += q * W * s.fm.thickness[f.elem] * f.area[i];
   }
 }
 
@@ -303,9 +339,77 @@ void add_force(const Scan& s, int e, double* q, double* J)
 
 }  // namespace
 
+namespace {
+
+// mean initial strain of an intact element                                          [dim*dim]
+template <int D>
+Eigen::Matrix<double, D * D, 1> mean_initial(const Scan& s, int e)
+{
+  const ElemBlock& b = s.el.block[s.el.initial_block[e]];
+  double with[72], without[72], volume = 0.0;
+  elem_strains(s.m, s.el, e, s.l.u, &s.l.he, s.step.nlgeom, with);
+  elem_strains(s.m, s.el, e, s.l.u, nullptr, s.step.nlgeom, without);
+  Eigen::Matrix<double, D * D, 1> sum = Eigen::Matrix<double, D * D, 1>::Zero();
+  for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+    const double w = b.w[b.gauss(s.el.slot_of[e]) + g];
+    volume += w;
+    for (int i = 0; i < D * D; ++i) sum[i] += w * (with[g * D * D + i] - without[g * D * D + i]);
+  }
+  return sum / volume;
+}
+
+// takes the force of an initial strain that varies, int q S : dE0/dX dV, out of J. Its gradient is that between
+// the centres of adjacent elements                                                                  (7.5b)
+template <int D>
+void take_initial(const Scan& s, int e, double radius, double* J)
+{
+  const double* c = &s.fm.centre[3 * e];
+  frac_in_ball(s.fm, c, radius, [&](int o, double r) {
+    if (!s.intact(o)) return;
+    const Eigen::Matrix<double, D * D, 1> here = mean_initial<D>(s, o);
+    Eigen::Matrix<double, D, D> dX = Eigen::Matrix<double, D, D>::Zero();
+    Eigen::Matrix<double, D * D, D> dE = Eigen::Matrix<double, D * D, D>::Zero();
+    beside(s, o, [&](int next) {
+      if (!s.intact(next)) return false;
+      Eigen::Matrix<double, D, 1> d;
+      for (int i = 0; i < D; ++i) d[i] = s.fm.centre[3 * next + i] - s.fm.centre[3 * o + i];
+      dX += d * d.transpose();
+      dE += (mean_initial<D>(s, next) - here) * d.transpose();
+      return false;
+    });
+    if (std::fabs(dX.determinant()) < 1e-9 * std::pow(s.fm.local[o], 2 * D)) return;
+    dE = dE * dX.inverse();
+    double E[D * D], S[D * D];
+    mean_strain(s, o, E);
+    ip_law<D>(s.law(o), E, S);
+    for (int i = 0; i < D; ++i) S[i * D + i] += stress_of_33(s, o);
+    for (int k = 0; k < D; ++k)
+      for (int i = 0; i < D * D; ++i) J[k] -= ball_q(r, radius) * s.fm.volume[o] * S[i] * dE(i, k);
+  });
+}
+
+}  // namespace
+
+const double* force_at(const Scan& s, int node)
+{
+  const int dim = s.m.dim;
+  if (s.node_known.empty()) {
+    s.node_known.assign(s.m.mesh.nnode(), 0);
+    s.node_force.assign(static_cast<size_t>(s.m.mesh.nnode()) * dim, 0.0);
+  }
+  double* f = &s.node_force[static_cast<size_t>(node) * dim];
+  const auto add = dim == 2 ? add_node_force<2> : add_node_force<3>;
+  for (int k = 0; !s.node_known[node] && k < s.fm.of_node.count(node); ++k)
+    if (s.intact(s.fm.of_node.begin(node)[k])) add(s, s.fm.of_node.begin(node)[k], node, f);
+  s.node_known[node] = 1;
+  return f;
+}
+
 // J of the ball around an element, per thickness or per length of the front
 double force_estimate(const Scan& s, int e, double radius, double* J)
 {
+  const bool crack = at_crack(s, e);
+  if (crack) radius = tip_radius(s, e, radius);
   const double *c = &s.fm.centre[3 * e], reach = radius + 1.5 * s.fm.local[e];
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
   frac_in_ball(s.fm, c, reach, [&](int o, double) {
@@ -316,7 +420,11 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
     if (sum > 0.0) add_force(s, o, q, J);
   });
   // without crack or notch a crack may start at the surface itself
-  if (s.m.dim == 3 && (at_crack(s, e) || at_notch(s, e, radius))) take_surface(s, e, radius, J);
+  if (crack || at_notch(s, e, radius)) {
+    take_surface(s, e, radius, J);
+    if (!s.dynamic()) take_loads(s, e, radius, J);
+    if (!s.m.initial_stress.empty()) (s.m.dim == 2 ? take_initial<2> : take_initial<3>)(s, e, radius, J);
+  }
   double per = s.fm.thickness[e];
   if (s.m.dim == 3) {
     const double straight = front_length(s, e, J, radius), found = crack_front(s, e, J, radius);

@@ -79,6 +79,11 @@ double largest_stress(const Scan& s, int e)
 
 bool at_removed(const Scan& s, int e) { return beside(s, e, [&](int o) { return s.removed(o); }); }
 
+bool at_initial(const Scan& s, int e)
+{
+  return beside(s, e, [&](int o) { return s.cracked(o) && !s.grown(o); });
+}
+
 // a broken element that shares a node: a crack also grows across corners, off the mesh lines
 bool touches_broken(const Scan& s, int e)
 {

@@ -21,6 +21,10 @@ struct Scan {
   RealVec drive;               // [nelem] psi+ / volume, -1: not yet computed
   // sharp_release over |J| of elements ahead of a tip
   std::vector<std::pair<int, double>> sharp;
+  // force of the intact elements on a node [nnode*dim], and whether it is computed [nnode]; on demand
+  mutable RealVec node_force = {};
+  mutable std::vector<char> node_known = {};
+  mutable std::vector<char> held = {};       // nodes with forces or supports; empty: not yet searched
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
@@ -31,6 +35,7 @@ struct Scan {
   }
   bool removed(int e) const { return fr.phase[e] == AS_NOTHING; }
   bool broken(int e) const { return fr.broken[e] >= 0; }
+  bool grown(int e) const { return fr.broken[e] >= 0 && fr.time[e] > 0.0; }      // not of the start
   bool cracked(int e) const { return removed(e) || broken(e); }
 };
 
@@ -77,6 +82,9 @@ bool touches_broken(const Scan& s, int e);
 // crack_share : weight of a cracked element o in the ball of e; a removed element has no volume
 double crack_share(const Scan& s, int e, int o);
 
+// at_initial : at a removed element, or one that is broken from the start
+bool at_initial(const Scan& s, int e);
+
 // at_removed, at_crack : at a removed element; FORCE: adjacent at a face to a broken or removed element,
 // BALL: shares a node with a broken element
 bool at_removed(const Scan& s, int e);
@@ -95,6 +103,19 @@ bool grown_along(const Scan& s, int e, const double* x, double radius, double le
 // crack_plane : unit normal of the line or plane of the cracked elements around e, and a point in it; false:
 // not flat
 bool crack_plane(const Scan& s, int e, double* n, double* mid = nullptr);
+
+// ball_q : q of (7.6) at the distance r
+inline double ball_q(double r, double radius) { return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius))); }
+
+// force_at : force of the intact elements on a node [dim]: that of loads, supports, contact and broken elements
+const double* force_at(const Scan& s, int node);
+
+// tip_radius : radius within which the ball of e at a crack has one tip: less than radius where its crack is
+// shorter, or another one is near
+double tip_radius(const Scan& s, int e, double radius);
+
+// take_loads : takes forces on the faces of cracks in the ball of this radius out of J               (7.5a)
+void take_loads(const Scan& s, int e, double radius, double* J);
 
 // lies_in : does x lie in element e at t = 0?
 bool lies_in(const Mesh& mesh, int e, const double* x);
@@ -141,8 +162,8 @@ int element_ahead(const Scan& s, int e, const double* J);
 // blocked : is the element ahead tougher, or unbreakable?
 bool blocked(const Scan& s, int e, const double* J);
 
-// near_interface : is a node between two materials within the distance of x?
-bool near_interface(const Scan& s, const double* x, double distance);
+// near_interface : is a node between two materials within the distance of x? way: unless the interface runs along it
+bool near_interface(const Scan& s, const double* x, double distance, const double* way = nullptr);
 
 // sharp_release : energy per area released by a sharp crack that grows from the tip along d by one element
 // size, in the plane perpendicular to its front, with the normal n of the crack; e: the element ahead. <= 0:

@@ -149,9 +149,11 @@ double sharp_share(Scan& s, int ahead)
   double x[3], d[3], n[3], J[3], share = 1.0;
   const bool force = estimate_of(s, ahead) == ESTIMATE_FORCE;
   const double h = s.fm.local[ahead], radius = force ? radius_of(s, ahead) : FRAC_NOTCH * h;
-  if (crack_face(s, ahead, x, d) && near_interface(s, x, INTERFACE_DISTANCE * h)) {
+  double way[3];
+  grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, way);
+  if (crack_face(s, ahead, x, d) && near_interface(s, x, INTERFACE_DISTANCE * h, way)) {
     const double G0 = force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead);
-    grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, d);
+    std::copy_n(way, 3, d);
     const double G = crack_axes(s, ahead, J, d, n) ? sharp_release(s, ahead, x, d, n) : 0.0;
     if (G > 0.0) share = G / G0;
   }
@@ -601,7 +603,7 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
 bool kinks(const Scan& s, int e)
 {
   Tip t;
-  return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_removed(s, e) && crack_tip(s, e, t) &&
+  return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_initial(s, e) && crack_tip(s, e, t) &&
          t.given && t.straight && kink_of(t.ratio).gain >= KINK_GAIN;
 }
 
@@ -671,7 +673,7 @@ void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
 bool flank(const Scan& s, int e)
 {
   double n[3], mid[3], off = 0.0, apart = 0.0;
-  if (estimate_of(s, e) != ESTIMATE_FORCE || !at_removed(s, e) || !crack_plane(s, e, n, mid)) return false;
+  if (estimate_of(s, e) != ESTIMATE_FORCE || !at_initial(s, e) || !crack_plane(s, e, n, mid)) return false;
   for (int i = 0; i < 3; ++i) off += n[i] * (s.fm.centre[3 * e + i] - mid[i]);
   for (int i = 0; i < 3; ++i) {
     const double along = s.fm.centre[3 * e + i] - mid[i] - off * n[i];

@@ -13,7 +13,7 @@ namespace {
 const double STRAIGHT_COS = 0.9986;
 // cosine between the crack and the direction into an element at its end; below: beside the crack
 // (test: fracture/kink_inclined.inp)
-const double AHEAD_COS = 0.7;
+const double AHEAD_COS = 0.65;
 // in element sizes: distance from the end of the crack to the centre of the cracked elements in the ball;
 // below: too short for a direction (three elements of a row: 1.5)  (no test)
 const double MIN_CRACK = 1.4;
@@ -22,6 +22,9 @@ const double MIN_CRACK = 1.4;
 const double BEFORE_END = 0.85;
 // slope of the sides, rise over length, above which a notch is not a slot  (no test)
 const double NOTCH_SLOPE = 0.3;
+// cosine between a crack and the normal of an interface; below: along it, where G does not change
+// (test: fracture/interface_along.inp)
+const double ALONG_INTERFACE = 0.2;
 // toughness ratio above which an element blocks growth  (test: fracture/crack_interface.inp)
 const double TOUGHER = 1.2;
 
@@ -225,11 +228,13 @@ bool blocked(const Scan& s, int e, const double* J)
   return o >= 0 && s.intact(o) && (s.fm.def[o] < 0 || s.fm.gc[o] > TOUGHER * s.fm.gc[e]);
 }
 
-bool near_interface(const Scan& s, const double* x, double distance)
+bool near_interface(const Scan& s, const double* x, double distance, const double* way)
 {
-  for (int node : s.fm.between) {
-    const double* X = &s.m.mesh.X[3 * static_cast<size_t>(node)];
-    if (std::hypot(X[0] - x[0], X[1] - x[1], X[2] - x[2]) < distance) return true;
+  for (size_t k = 0; k < s.fm.between.size(); ++k) {
+    const double *X = &s.m.mesh.X[3 * static_cast<size_t>(s.fm.between[k])], *n = &s.fm.between_normal[3 * k];
+    if (std::hypot(X[0] - x[0], X[1] - x[1], X[2] - x[2]) >= distance) continue;
+    const bool bend = n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0;
+    if (!way || bend || std::fabs(n[0] * way[0] + n[1] * way[1] + n[2] * way[2]) > ALONG_INTERFACE) return true;
   }
   return false;
 }
@@ -250,6 +255,58 @@ bool at_surface(const Scan& s, int e)
 
 }  // namespace
 
+namespace {
+
+// variance of the centres of an initial crack across its axis over that along it; above: bent
+// (test: fracture/crack_diagonal.inp)
+const double STRAIGHT_SPREAD = 0.1;
+// in element sizes: distance along the axis from the end of an initial crack to the faces of its tip; a step of
+// a staircase at 45 degrees: 1.06 to the next faces  (test: fracture/crack_diagonal.inp)
+const double STEP_DISTANCE = 0.8;
+
+// the axis of an initial crack, which may be a staircase: end and direction of the line through the centres of
+// its elements in the ball
+//   inout  t   with the direction from their centre; false: bent, or e is not at its end
+bool initial_axis(const Scan& s, int e, double radius, Tip& t)
+{
+  double sum = 0.0, mid[2] = {0, 0}, xx = 0.0, xy = 0.0, yy = 0.0, far = -1e300;
+  const double* c = &s.fm.centre[3 * e];
+  const auto each = [&](auto use) {
+    frac_in_ball(s.fm, c, radius * AT_RADIUS, [&](int o, double) {
+      if (s.cracked(o)) use(o, crack_share(s, e, o), &s.fm.centre[3 * o]);
+    });
+  };
+  each([&](int, double v, const double* x) {
+    sum += v;
+    for (int i = 0; i < 2; ++i) mid[i] += v * x[i];
+  });
+  for (double& x : mid) x /= sum;
+  each([&](int, double v, const double* x) {
+    xx += v * (x[0] - mid[0]) * (x[0] - mid[0]);
+    xy += v * (x[0] - mid[0]) * (x[1] - mid[1]);
+    yy += v * (x[1] - mid[1]) * (x[1] - mid[1]);
+  });
+  const double half = 0.5 * (xx + yy), root = std::hypot(0.5 * (xx - yy), xy);
+  if (half - root > STRAIGHT_SPREAD * (half + root)) return false;
+  const double angle = 0.5 * std::atan2(2.0 * xy, xx - yy);
+  double d[3] = {std::cos(angle), std::sin(angle), 0.0};
+  if (d[0] * t.d[0] + d[1] * t.d[1] < 0.0)
+    for (double& x : d) x = -x;
+  each([&](int o, double, const double*) {
+    for (int k = s.m.mesh.conn.off[o]; k < s.m.mesh.conn.off[o + 1]; ++k) {
+      const double* X = &s.m.mesh.X[3 * static_cast<size_t>(s.m.mesh.conn.item[k])];
+      far = std::max(far, (X[0] - mid[0]) * d[0] + (X[1] - mid[1]) * d[1]);
+    }
+  });
+  const double at = (t.face[0] - mid[0]) * d[0] + (t.face[1] - mid[1]) * d[1];
+  if (at < far - STEP_DISTANCE * s.fm.local[e]) return false;
+  std::copy_n(d, 3, t.d);
+  for (int i = 0; i < 2; ++i) t.end[i] = mid[i] + far * d[i];
+  return true;
+}
+
+}  // namespace
+
 // the tip of the crack at e, with its modes; false: e is not ahead of it, or the crack is too short
 bool crack_tip(const Scan& s, int e, Tip& t)
 {
@@ -259,13 +316,17 @@ bool crack_tip(const Scan& s, int e, Tip& t)
   if (!crack_face(s, e, t.face, into)) return false;
   std::copy_n(t.face, 2, t.end);
   if (!grown_along(s, e, t.face, radius, MIN_CRACK * s.fm.local[e], t.d)) return false;
-  in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
+  in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.grown(o); });
   // the ligament is too short for J and the stress ahead
   if (!t.given && at_surface(s, e)) return false;
   modes_ahead(s, e, t);
-  // a kink is shorter than the ball: use the direction in half of it, if K_II/K_I is smaller
+  // a kink is shorter than the ball: use the direction in half of it, if K_II/K_I is smaller. Not of a staircase
   Tip half = t;
   if (!grown_along(s, e, t.face, 0.5 * radius, 0.0, half.d)) return false;
+  if (t.given && t.d[0] * half.d[0] + t.d[1] * half.d[1] <= STRAIGHT_COS && initial_axis(s, e, radius, t)) {
+    modes_ahead(s, e, t);                            // a staircase
+    return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD_COS;
+  }
   modes_ahead(s, e, half);
   half.straight = t.straight = t.d[0] * half.d[0] + t.d[1] * half.d[1] > STRAIGHT_COS;
   if (std::fabs(half.ratio) < std::fabs(t.ratio)) t = half;
