@@ -184,8 +184,8 @@ double fan_side(const Model& m, const CrackJoint& j, const NodeFan& f)
   return side;
 }
 
-// elements that open a joint: those of the smallest fan in which all may break, of equal ones that on the side of
-// the normal: a crack that is a line of corners becomes a staircase
+// elements that open a joint: those of the smallest fan in which all may break, of equal ones that on the
+// side of the normal: a crack that is a line of corners becomes a staircase
 IntVec joint_opens(const Model& m, const CrackJoint& j)
 {
   const NodeFan* best = nullptr;
@@ -242,9 +242,10 @@ void open_joints(Deck& d, Model& m)
   };
   if (!added.empty())
     warn(d, "INITIAL CONDITIONS", of(false).deck_line, "",
-         text_format("elements of the crack touch one another, or a surface, by a node only, which would hold "
-                     "both sides together: %d elements beside such nodes are broken from the start as well, "
-                     "the first of them element %d", static_cast<int>(added.size()), m.mesh.elem_label[added[0]]));
+         text_format("elements of the crack touch one another, or a surface, by a node only, which would "
+                     "hold both sides together: %d elements beside such nodes are broken from the start as "
+                     "well, the first of them element %d",
+                     static_cast<int>(added.size()), m.mesh.elem_label[added[0]]));
   if (!left.empty()) warn_joint(d, m, left[0], of(!left[0].crack), left.size());
 }
 

@@ -172,9 +172,9 @@ const std::vector<char>& held_nodes(const Scan& s)
 
 }  // namespace
 
-// A traction moves with the tip where it acts up to the tip: it works with the area that q stretches, relative
-// to the displacement u0 of the element. Forces and supports at nodes, and tractions on a notch from which a
-// crack has grown, stay where they are.                                                             (7.5a)
+// A traction moves with the tip where it acts up to the tip: it works with the area that q stretches,
+// relative to the displacement u0 of the element. Forces and supports at nodes, and tractions on a notch from
+// which a crack has grown, stay where they are.                                                     (7.5a)
 // (test: fracture/crack_pressed.inp)
 void take_loads(const Scan& s, int e, double radius, double* J)
 {

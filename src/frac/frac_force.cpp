@@ -13,8 +13,8 @@ namespace {
 
 // displacement gradient H, P and energy W at a Gauss point of an intact element, strains E there
 template <int D>
-void point_fields(const Scan& s, const ElemBlock& b, int e, int g, const double* E, const double* u, double* H,
-                  double* P, double& W)
+void point_fields(const Scan& s, const ElemBlock& b, int e, int g, const double* E, const double* u,
+                  double* H, double* P, double& W)
 {
   double S[D * D];
   W = 0.0;
@@ -358,8 +358,8 @@ Eigen::Matrix<double, D * D, 1> mean_initial(const Scan& s, int e)
   return sum / volume;
 }
 
-// takes the force of an initial strain that varies, int q S : dE0/dX dV, out of J. Its gradient is that between
-// the centres of adjacent elements                                                                  (7.5b)
+// takes the force of an initial strain that varies, int q S : dE0/dX dV, out of J. Its gradient is that
+// between the centres of adjacent elements                                                          (7.5b)
 template <int D>
 void take_initial(const Scan& s, int e, double radius, double* J)
 {

@@ -105,9 +105,13 @@ bool grown_along(const Scan& s, int e, const double* x, double radius, double le
 bool crack_plane(const Scan& s, int e, double* n, double* mid = nullptr);
 
 // ball_q : q of (7.6) at the distance r
-inline double ball_q(double r, double radius) { return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius))); }
+inline double ball_q(double r, double radius)
+{
+  return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+}
 
-// force_at : force of the intact elements on a node [dim]: that of loads, supports, contact and broken elements
+// force_at : force of the intact elements on a node [dim]: that of loads, supports, contact and broken
+// elements
 const double* force_at(const Scan& s, int node);
 
 // tip_radius : radius within which the ball of e at a crack has one tip: less than radius where its crack is
@@ -129,7 +133,8 @@ double force_estimate(const Scan& s, int e, double radius, double* J);
 
 // End of a crack or notch, centre of the faces at which a kink starts, direction so far (unit vector)
 struct Tip {
-  double end[2], face[3], d[3] = {0, 0, 0};
+  double end[3] = {0, 0, 0}, face[3], d[3] = {0, 0, 0};
+  double n[3] = {0, 0, 0};     // in space: normal of the crack
   int elem = -1;               // ahead of the tip
   double ratio = 0.0;          // K_II/K_I
   double along = 0.0;          // stress along the crack, T                             force/length^2
@@ -150,6 +155,13 @@ void modes_ahead(const Scan& s, int e, Tip& t);
 // crack_tip : the tip of the crack at e, with its modes; false: e is not ahead of it, or it is too short
 bool crack_tip(const Scan& s, int e, Tip& t);
 
+// space_tip : the same at a brick in front of a crack that is a plane there, by J of (7.5) at e: in the plane
+// normal to its front
+bool space_tip(const Scan& s, int e, const double* J, Tip& t);
+
+// side_normal : unit normal of the sides of the crack at e where it is a single row in space; false: none
+bool side_normal(const Scan& s, int e, double* n);
+
 // slot_width : distance of the sides of the slot that ends at t                           length
 double slot_width(const Scan& s, const Tip& t);
 
@@ -162,7 +174,8 @@ int element_ahead(const Scan& s, int e, const double* J);
 // blocked : is the element ahead tougher, or unbreakable?
 bool blocked(const Scan& s, int e, const double* J);
 
-// near_interface : is a node between two materials within the distance of x? way: unless the interface runs along it
+// near_interface : is a node between two materials within the distance of x? way: unless the interface runs
+// along it
 bool near_interface(const Scan& s, const double* x, double distance, const double* way = nullptr);
 
 // sharp_release : energy per area released by a sharp crack that grows from the tip along d by one element

@@ -90,7 +90,8 @@ double slot_release(const Scan& s, const Tip& t)
 {
   const double lam = s.law(t.elem).lam, mu = s.law(t.elem).mu;
   const double modulus = 4.0 * mu * (lam + mu) / (lam + 2.0 * mu);
-  return 0.5 * slot_width(s, t) * t.along * t.along / modulus;
+  const double width   = s.m.dim == 2 ? slot_width(s, t) : at_removed(s, t.elem) ? s.fm.local[t.elem] : 0.0;
+  return 0.5 * width * t.along * t.along / modulus;
 }
 
 // BALL in 2D: the end of a notch near e without a crack yet, and the kink there; false: growth is straight. A
@@ -444,6 +445,7 @@ struct Candidate {
   double level = RANK_TOL;     // relative difference of equal ranks
   int front = -1, front_label = 0;
   bool decides = false;        // at a straight initial crack: other elements of the ball are beside it
+  double flanks = 0.0;         // radius of that ball
   // mixed mode: the elements of the kink
   int nkink = 0;
   Erosion kink[MAX_KINK];
@@ -557,8 +559,9 @@ bool take_line(const Scan& s, const Tip& t, const double* x, const Kink& k, doub
 {
   const int e = c.x.elem;
   const double cosine = std::cos(k.angle), sine = std::sin(k.angle), G = value * s.fm.gc[e];
-  const double go[3] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine, 0.0};
-  const double J[3]  = {G * go[0], G * go[1], 0.0};
+  double go[3] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine, 0.0};
+  for (int i = 0; i < 3 && s.m.dim == 3; ++i) go[i] = t.d[i] * cosine + t.n[i] * sine;
+  const double J[3] = {G * go[0], G * go[1], G * go[2]};
   IntVec line;
   if (!along_line(s, e, x, go, KINK_LENGTH * s.fm.local[e], line)) return false;
   c.nkink = std::min<int>(MAX_KINK, line.size());
@@ -575,7 +578,7 @@ void take_notch(const Scan& s, Candidate& c)
   take_line(s, t, t.end, k, c.x.value, c);
 }
 
-// FORCE in 2D: a crack in mixed mode kinks to the largest energy release, gain times that of straight growth;
+// FORCE: a crack in mixed mode kinks to the largest energy release, gain times that of straight growth;
 // the elements of the kink break together, since J of the ball does not include it yet
 //   in   J   of (7.5)
 void take_kink(const Scan& s, const double* J, Candidate& c)
@@ -583,18 +586,21 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   const int e = c.x.elem;
   double x[3], into[3];
   Tip t;
-  if (crack_face(s, e, x, into)) {
+  if (s.m.dim == 3) {
+    if (!space_tip(s, e, J, t)) return;
+  } else if (crack_face(s, e, x, into)) {
     if (!crack_tip(s, e, t)) return;
   } else {
     if (!notch_end(s, e, t)) return;
     modes_ahead(s, e, t);
   }
   const Kink k = kink_of(t.ratio);
-  double G     = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
+  double G     = (J[0] * t.d[0] + J[1] * t.d[1] + J[2] * t.d[2]) / s.fm.gc[e] * k.gain;
   if (t.given ? k.gain < KINK_GAIN : G < KINK_GAIN_GROWN * c.x.value) return;
   if (t.given) G -= slot_release(s, t) / s.fm.gc[e] * k.gain;
   if (!take_line(s, t, t.face, k, G, c)) return;
   c.decides = t.given && t.straight;
+  c.flanks  = std::max(c.ball, FRAC_RADIUS_FORCE * s.fm.local[e]);
   c.x.gain  = G / c.x.value;
   c.x.value = G;
 }
@@ -603,8 +609,11 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
 bool kinks(const Scan& s, int e)
 {
   Tip t;
-  return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_initial(s, e) && crack_tip(s, e, t) &&
-         t.given && t.straight && kink_of(t.ratio).gain >= KINK_GAIN;
+  double J[3];
+  if (estimate_of(s, e) != ESTIMATE_FORCE || !at_initial(s, e)) return false;
+  if (s.m.dim == 3) force_estimate(s, e, radius_of(s, e), J);
+  return (s.m.dim == 2 ? crack_tip(s, e, t) : space_tip(s, e, J, t)) && t.given && t.straight &&
+         kink_of(t.ratio).gain >= KINK_GAIN;
 }
 
 // FORCE: near an interface G changes within an element, and J includes the blunt end of a row. In 3D only
@@ -673,7 +682,8 @@ void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
 bool flank(const Scan& s, int e)
 {
   double n[3], mid[3], off = 0.0, apart = 0.0;
-  if (estimate_of(s, e) != ESTIMATE_FORCE || !at_initial(s, e) || !crack_plane(s, e, n, mid)) return false;
+  if (estimate_of(s, e) != ESTIMATE_FORCE || !at_initial(s, e)) return false;
+  if (!crack_plane(s, e, n, mid) && (s.m.dim == 2 || !side_normal(s, e, n))) return false;
   for (int i = 0; i < 3; ++i) off += n[i] * (s.fm.centre[3 * e + i] - mid[i]);
   for (int i = 0; i < 3; ++i) {
     const double along = s.fm.centre[3 * e + i] - mid[i] - off * n[i];
@@ -702,7 +712,7 @@ void by_griffith(Scan& s, int e, double W_max, std::vector<Candidate>& out)
   const double F[3] = {J[0], J[1], J[2]};
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
-  if (force && s.m.dim == 2) take_kink(s, F, out.back());
+  if (force) take_kink(s, F, out.back());
   if (!force && at_notch(s, e, FRAC_NOTCH * s.fm.local[e])) take_notch(s, out.back());
   if (force && at && out.back().nkink == 0) take_interface(s, F, out.back());
   if (at && out.back().nkink == 0) take_beside(s, F, out.back());
@@ -715,7 +725,7 @@ void drop_beside(std::vector<Candidate>& all)
   for (const Candidate& c : all) {
     bool keep = true;
     for (const Candidate& o : all)
-      keep = keep && (!c.force || c.decides || !o.decides || distance(c, o) >= o.ball);
+      keep = keep && (!c.force || c.decides || !o.decides || distance(c, o) >= o.flanks);
     if (keep) out.push_back(c);
   }
   all.swap(out);

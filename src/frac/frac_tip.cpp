@@ -165,6 +165,27 @@ double line_end(const std::vector<Ahead>& line, double h)
 
 }  // namespace
 
+namespace {
+
+// ratio and T of a tip from the elements on the line ahead of it
+void modes_of_line(const Scan& s, int e, const std::vector<Ahead>& line, Tip& t)
+{
+  const double end = line_end(line, s.fm.local[e]);
+  double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
+  for (const Ahead& a : line) {
+    if (a.along >= end) continue;
+    volume += a.volume;
+    normal += a.volume * a.pull;
+    shear += a.volume * a.shear;
+    apart += a.volume * a.apart;
+  }
+  const double least = 1e-3 * std::fabs(shear);
+  t.ratio = shear == 0.0 ? 0.0 : shear / std::max(normal, least);
+  t.along = volume > 0.0 ? apart / (BEFORE_END * volume) : 0.0;
+}
+
+}  // namespace
+
 // K_II/K_I: shear over tension on the line ahead, independent of stress along the crack; 1e3 with the sign of
 // the shear for a closed crack. T: on this line the singular stresses along and across the crack are equal.
 // Where the tension ahead of an open crack turns to pressure, as in the arms of a DCB, the line ends
@@ -187,18 +208,82 @@ void modes_ahead(const Scan& s, int e, Tip& t)
     const double pull = p[1] * d[0] - p[0] * d[1];
     line.push_back({along, s.fm.volume[o], pull, p[0] * d[0] + p[1] * d[1], S[0] + S[3] - 2.0 * pull});
   });
-  const double end = line_end(line, s.fm.local[e]);
-  double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
-  for (const Ahead& a : line) {
-    if (a.along >= end) continue;
-    volume += a.volume;
-    normal += a.volume * a.pull;
-    shear += a.volume * a.shear;
-    apart += a.volume * a.apart;
-  }
-  const double least = 1e-3 * std::fabs(shear);
-  t.ratio = shear == 0.0 ? 0.0 : shear / std::max(normal, least);
-  t.along = volume > 0.0 ? apart / (BEFORE_END * volume) : 0.0;
+  modes_of_line(s, e, line, t);
+}
+
+namespace {
+
+// cosine between the normals of opposite faces, negative  (no test)
+const double OPPOSITE = 0.8;
+
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// the same in the plane normal to a front in space
+void modes_in_space(const Scan& s, int e, Tip& t)
+{
+  const double h = s.fm.local[e];
+  std::vector<Ahead> line;
+  in_kink_ball(s, e, [&](int o, double) {
+    if (!s.intact(o)) return;
+    double x[3], E[9], S[9], p[3] = {0, 0, 0}, q[3] = {0, 0, 0};
+    for (int i = 0; i < 3; ++i) x[i] = s.fm.centre[3 * o + i] - t.end[i];
+    const double along = dot(x, t.d), across = dot(x, t.n);
+    const double side  = std::sqrt(std::max(0.0, dot(x, x) - along * along - across * across));
+    if (along < h || along > 3.2 * h || std::fabs(across) > 0.5 * h + 0.2 * along || side > 0.6 * h) return;
+    mean_strain(s, o, E);
+    ip_law<3>(s.law(o), E, S);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        p[i] += S[3 * i + j] * t.n[j];
+        q[i] += S[3 * i + j] * t.d[j];
+      }
+    line.push_back({along, s.fm.volume[o], dot(p, t.n), dot(p, t.d), dot(q, t.d) - dot(p, t.n)});
+  });
+  modes_of_line(s, e, line, t);
+}
+
+}  // namespace
+
+// normal of the sides of the crack behind e, where it is a single row: of two opposite faces of a cracked
+// element there, with intact elements behind them; false: none
+bool side_normal(const Scan& s, int e, double* n)
+{
+  return beside(s, e, [&](int o) {
+    if (!s.cracked(o)) return false;
+    const int faces = shape_info[elem_table[s.m.mesh.elem_type[o]].shape].nface;
+    for (int f = 0; f < faces; ++f)
+      for (int g = 0; g < f; ++g) {
+        double mid[3], other[3];
+        const int a = s.fm.across[6 * o + f], b = s.fm.across[6 * o + g];
+        if (a < 0 || b < 0 || !s.intact(a) || !s.intact(b)) continue;
+        face_of(s.m.mesh, o, f, mid, n);
+        face_of(s.m.mesh, o, g, mid, other);
+        const double size = std::sqrt(dot(n, n));
+        if (dot(n, other) > -OPPOSITE * size * std::sqrt(dot(other, other))) continue;
+        for (int i = 0; i < 3; ++i) n[i] /= size;
+        return true;
+      }
+    return false;
+  });
+}
+
+bool space_tip(const Scan& s, int e, const double* J, Tip& t)
+{
+  double into[3], mid[3], size = 0.0;
+  t.elem = e;
+  if (s.el.block[s.el.initial_block[e]].shape != SHAPE_HEX8) return false;
+  if (!crack_face(s, e, t.face, into)) return false;
+  if (!crack_plane(s, e, t.n, mid) && !side_normal(s, e, t.n)) return false;
+  const double off = dot(J, t.n);
+  for (int i = 0; i < 3; ++i) t.d[i] = J[i] - off * t.n[i];
+  size = std::sqrt(dot(t.d, t.d));
+  if (size == 0.0) return false;
+  for (double& x : t.d) x /= size;
+  if (dot(t.d, into) < AHEAD_COS) return false;
+  std::copy_n(t.face, 3, t.end);
+  in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.grown(o); });
+  modes_in_space(s, e, t);
+  return true;
 }
 
 int element_ahead(const Scan& s, int e, const double* J)
@@ -234,7 +319,8 @@ bool near_interface(const Scan& s, const double* x, double distance, const doubl
     const double *X = &s.m.mesh.X[3 * static_cast<size_t>(s.fm.between[k])], *n = &s.fm.between_normal[3 * k];
     if (std::hypot(X[0] - x[0], X[1] - x[1], X[2] - x[2]) >= distance) continue;
     const bool bend = n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0;
-    if (!way || bend || std::fabs(n[0] * way[0] + n[1] * way[1] + n[2] * way[2]) > ALONG_INTERFACE) return true;
+    if (!way || bend) return true;
+    if (std::fabs(n[0] * way[0] + n[1] * way[1] + n[2] * way[2]) > ALONG_INTERFACE) return true;
   }
   return false;
 }
@@ -260,12 +346,12 @@ namespace {
 // variance of the centres of an initial crack across its axis over that along it; above: bent
 // (test: fracture/crack_diagonal.inp)
 const double STRAIGHT_SPREAD = 0.1;
-// in element sizes: distance along the axis from the end of an initial crack to the faces of its tip; a step of
-// a staircase at 45 degrees: 1.06 to the next faces  (test: fracture/crack_diagonal.inp)
+// in element sizes: distance along the axis from the end of an initial crack to the faces of its tip; a step
+// of a staircase at 45 degrees: 1.06 to the next faces  (test: fracture/crack_diagonal.inp)
 const double STEP_DISTANCE = 0.8;
 
-// the axis of an initial crack, which may be a staircase: end and direction of the line through the centres of
-// its elements in the ball
+// the axis of an initial crack, which may be a staircase: end and direction of the line through the centres
+// of its elements in the ball
 //   inout  t   with the direction from their centre; false: bent, or e is not at its end
 bool initial_axis(const Scan& s, int e, double radius, Tip& t)
 {
@@ -320,7 +406,7 @@ bool crack_tip(const Scan& s, int e, Tip& t)
   // the ligament is too short for J and the stress ahead
   if (!t.given && at_surface(s, e)) return false;
   modes_ahead(s, e, t);
-  // a kink is shorter than the ball: use the direction in half of it, if K_II/K_I is smaller. Not of a staircase
+  // a kink is shorter than the ball: use the direction in half of it, if K_II/K_I is smaller
   Tip half = t;
   if (!grown_along(s, e, t.face, 0.5 * radius, 0.0, half.d)) return false;
   if (t.given && t.d[0] * half.d[0] + t.d[1] * half.d[1] <= STRAIGHT_COS && initial_axis(s, e, radius, t)) {
@@ -360,7 +446,7 @@ bool along_line(const Scan& s, int e, const double* x, const double* d, double l
   int now = -1;
   out.clear();
   for (double r = 0.5 * step; r < length; r += step) {
-    const double at[3] = {x[0] + r * d[0], x[1] + r * d[1], 0.0};
+    const double at[3] = {x[0] + r * d[0], x[1] + r * d[1], x[2] + r * d[2]};
     if (now >= 0 && lies_in(s.m.mesh, now, at)) continue;
     now = element_at(s, at, 2.0 * s.fm.local[e]);
     if (now < 0 || (s.cracked(now) ? !out.empty() : s.fm.def[now] < 0)) break;
