@@ -158,8 +158,8 @@ void add_corner_mass(const ActiveGrid& g, const Dofs& s, RealVec& M)
     for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j)
       for (int k = g.corner.off[d]; k < g.corner.off[d + 1]; ++k) {
         const int r = s.rows.nfe + g.corner.item[j], q = s.rows.nfe + g.corner.item[k];
-        const double value = mass * g.corner_w[j] * g.corner_w[k];
-        M[block_of(s.pattern.A, r, q)] += r == q ? 2.0 * value : value;
+        const double part = mass * g.corner_w[j] * g.corner_w[k];
+        M[block_of(s.pattern.A, r, q)] += r == q ? 2.0 * part : part;
       }
   };
   for (int c = 0; c < ncorner; ++c) {

@@ -169,7 +169,7 @@ std::vector<CrackJoint> find_joints(const Model& m, const IntVec& state, const I
 }
 
 // relative difference of equal volumes (no test)
-const double SAME_VOLUME = 1e-6;
+const double EQUAL_FANS = 1e-6;
 
 // distance of the centre of a fan from its node, along the normal of the crack
 double fan_side(const Model& m, const CrackJoint& j, const NodeFan& f)
@@ -191,7 +191,7 @@ IntVec joint_opens(const Model& m, const CrackJoint& j)
   const NodeFan* best = nullptr;
   for (const NodeFan& f : j.fan) {
     if (!f.may_break) continue;
-    const double more = best ? f.volume - best->volume : -1.0, same = SAME_VOLUME * f.volume;
+    const double more = best ? f.volume - best->volume : -1.0, same = EQUAL_FANS * f.volume;
     if (more < -same || (more <= same && fan_side(m, j, f) > fan_side(m, j, *best))) best = &f;
   }
   return best ? best->elem : IntVec();

@@ -216,7 +216,7 @@ namespace {
 // cosine between the normals of opposite faces, negative  (no test)
 const double OPPOSITE = 0.8;
 
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double dot3(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 // the same in the plane normal to a front in space
 void modes_in_space(const Scan& s, int e, Tip& t)
@@ -227,8 +227,8 @@ void modes_in_space(const Scan& s, int e, Tip& t)
     if (!s.intact(o)) return;
     double x[3], E[9], S[9], p[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < 3; ++i) x[i] = s.fm.centre[3 * o + i] - t.end[i];
-    const double along = dot(x, t.d), across = dot(x, t.n);
-    const double side  = std::sqrt(std::max(0.0, dot(x, x) - along * along - across * across));
+    const double along = dot3(x, t.d), across = dot3(x, t.n);
+    const double side  = std::sqrt(std::max(0.0, dot3(x, x) - along * along - across * across));
     if (along < h || along > 3.2 * h || std::fabs(across) > 0.5 * h + 0.2 * along || side > 0.6 * h) return;
     mean_strain(s, o, E);
     ip_law<3>(s.law(o), E, S);
@@ -237,7 +237,7 @@ void modes_in_space(const Scan& s, int e, Tip& t)
         p[i] += S[3 * i + j] * t.n[j];
         q[i] += S[3 * i + j] * t.d[j];
       }
-    line.push_back({along, s.fm.volume[o], dot(p, t.n), dot(p, t.d), dot(q, t.d) - dot(p, t.n)});
+    line.push_back({along, s.fm.volume[o], dot3(p, t.n), dot3(p, t.d), dot3(q, t.d) - dot3(p, t.n)});
   });
   modes_of_line(s, e, line, t);
 }
@@ -258,8 +258,8 @@ bool side_normal(const Scan& s, int e, double* n)
         if (a < 0 || b < 0 || !s.intact(a) || !s.intact(b)) continue;
         face_of(s.m.mesh, o, f, mid, n);
         face_of(s.m.mesh, o, g, mid, other);
-        const double size = std::sqrt(dot(n, n));
-        if (dot(n, other) > -OPPOSITE * size * std::sqrt(dot(other, other))) continue;
+        const double size = std::sqrt(dot3(n, n));
+        if (dot3(n, other) > -OPPOSITE * size * std::sqrt(dot3(other, other))) continue;
         for (int i = 0; i < 3; ++i) n[i] /= size;
         return true;
       }
@@ -274,12 +274,12 @@ bool space_tip(const Scan& s, int e, const double* J, Tip& t)
   if (s.el.block[s.el.initial_block[e]].shape != SHAPE_HEX8) return false;
   if (!crack_face(s, e, t.face, into)) return false;
   if (!crack_plane(s, e, t.n, mid) && !side_normal(s, e, t.n)) return false;
-  const double off = dot(J, t.n);
+  const double off = dot3(J, t.n);
   for (int i = 0; i < 3; ++i) t.d[i] = J[i] - off * t.n[i];
-  size = std::sqrt(dot(t.d, t.d));
+  size = std::sqrt(dot3(t.d, t.d));
   if (size == 0.0) return false;
   for (double& x : t.d) x /= size;
-  if (dot(t.d, into) < AHEAD_COS) return false;
+  if (dot3(t.d, into) < AHEAD_COS) return false;
   std::copy_n(t.face, 3, t.end);
   in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.grown(o); });
   modes_in_space(s, e, t);

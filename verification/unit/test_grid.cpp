@@ -71,8 +71,9 @@ TEST(Fill, WeibullIsDrawnOnceForAllPointsOfACell)
   const RealVec drawn = weibull_draw(3.0, 1.0, 5, numbers);
   std::set<double> values;
   for (int p = 0; p < pts.npoint; ++p) {
-    for (int k = 0; k < history; ++k)
-      if (k != at) EXPECT_EQ(0.0, hp[p * history + k]);
+    for (int k = 0; k < history; ++k) {
+      if (k != at) { EXPECT_EQ(0.0, hp[p * history + k]); }
+    }
     int first = p;
     for (int q = pts.next[p]; q != p; q = pts.next[q]) first = std::min(first, q);
     EXPECT_EQ(drawn[first], hp[p * history + at]);
@@ -173,7 +174,7 @@ TEST(Grid, StaysUntilACornerHasGone)
   Model m = block_model(0.63, 4, 2, 0.05);
   Active a(m);
   RealVec uc(a.pts.Xc.size(), 0.3);
-  const GridLaid laid{uc, {}, a.g.made};
+  const GridLaid laid{uc, {}, 0, a.g.made};
   bool meets = false;
   const auto stays = [&]() { return grid_stays(m, a.pts, Bonds(), laid, meets, uc, RealVec()); };
   EXPECT_TRUE(stays());
