@@ -28,7 +28,7 @@ const double CORNER_SIZES = 1.5;
 const double CUT = 2.5;
 
 // Largest in one increment: advance of a tip, of the reach of a crack; opening of a new crack, of 2 Gc/ft
-// (test: strength/l_panel_track.inp, with du=0.8)
+// (test: strength/l_panel_track.inp), with du=0.8
 const double ADVANCE = 0.5, YOUNG = 0.2;
 
 // Fracture::tracked
