@@ -111,27 +111,32 @@ struct CornerBlocks {
   const ActiveGrid& g;
   const Dofs& s;
   IntVec last;                 // [unknown] corner with blocks whose list begins with it, -1
-  IntVec at;                   // [corner] its blocks in block, for the corners in last
+  std::vector<size_t> at;      // [unknown] its blocks in block
+  IntVec room;                 // [unknown] number of these
   IntVec block;                // row after row, columns at most the row; -1: above the diagonal
 
   CornerBlocks(const ActiveGrid& grid, const Dofs& dofs)
-      : g(grid), s(dofs), last(dofs.rows.nrow, -1), at(grid.corner.size(), -1)
+      : g(grid), s(dofs), last(dofs.rows.nrow, -1), at(dofs.rows.nrow, 0), room(dofs.rows.nrow, 0)
   {
   }
 
   const int* of(int c)
   {
-    const int n = g.corner.count(c), *item = g.corner.begin(c);
-    int& before = last[s.rows.nfe + item[0]];
+    const int n = g.corner.count(c), *item = g.corner.begin(c), nfe = s.rows.nfe, r = nfe + item[0];
+    const int before = last[r];
     if (before >= 0 && g.corner.count(before) == n && std::equal(item, item + n, g.corner.begin(before)))
-      return &block[at[before]];
-    before = c;
-    at[c]  = static_cast<int>(block.size());
-    const int nfe = s.rows.nfe;
+      return &block[at[r]];
+    last[r] = c;
+    if (n * n > room[r]) {
+      at[r]   = block.size();
+      room[r] = n * n;
+      block.resize(at[r] + static_cast<size_t>(n) * n);
+    }
+    int* to = &block[at[r]];
     for (int j = 0; j < n; ++j)
       for (int k = 0; k < n; ++k)
-        block.push_back(item[k] > item[j] ? -1 : block_of(s.pattern.A, nfe + item[j], nfe + item[k]));
-    return &block[at[c]];
+        *to++ = item[k] > item[j] ? -1 : block_of(s.pattern.A, nfe + item[j], nfe + item[k]);
+    return &block[at[r]];
   }
 };
 

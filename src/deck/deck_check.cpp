@@ -677,7 +677,9 @@ void check_explicit(Deck& d, const Model& m)
 void check_augment(Deck& d, const Model& m)
 {
   const bool dynamic = std::any_of(m.step.begin(), m.step.end(),
-                                   [](const Step& s) { return s.proc == PROC_DYNAMIC; });
+                                   [](const Step& s) {
+                                     return s.proc == PROC_DYNAMIC && !s.explicit_steps();
+                                   });
   for (const BondDef& b : m.bond)
     if (b.augment > 0 && b.kind != BOND_CONTACT && dynamic)
       warn(d, bond_word(b), b.deck_line, b.name,

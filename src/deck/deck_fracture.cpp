@@ -82,6 +82,7 @@ struct NodeFan {
 // A node at which a crack touches itself, or a surface, and intact material joins both sides
 struct CrackJoint {
   int node = -1;
+  IntVec elem;                 // all elements of the node
   std::vector<NodeFan> fan;
   const BrokenDef* crack = nullptr;        // null: of removed elements
 };
@@ -157,6 +158,7 @@ std::vector<CrackJoint> find_joints(const Model& m, const IntVec& state, const I
   for (const auto& [node, elem] : at) {
     CrackJoint j;
     j.node = node;
+    j.elem = elem;
     j.fan  = intact_fans(m, elem, state, breakable);
     bool breaks = false;
     for (int e : elem) {
@@ -220,7 +222,9 @@ void open_joints(Deck& d, Model& m)
   for (bool again = true; again;) {
     again = false;
     left.clear();
-    for (const CrackJoint& j : find_joints(m, state, breakable)) {
+    for (CrackJoint& j : find_joints(m, state, breakable)) {
+      j.fan = intact_fans(m, j.elem, state, breakable);      // others have opened meanwhile
+      if (j.fan.size() < 2) continue;
       const IntVec opens = j.crack ? joint_opens(m, j) : IntVec();
       if (opens.empty()) left.push_back(j);
       BrokenDef b;
@@ -328,8 +332,10 @@ bool track_given(const Deck& d, const DeckLine& deck_line)
   const Field first = deck_field(d, deck_line, "");
   for (int line = first.line;; ++line) {
     const std::string text = text_upper(deck_line_text(d, first.file, line));
-    const std::size_t word = text.find("TRACK"), after = text.find_first_not_of(" \t", word + 5);
-    if (word != std::string::npos && after != std::string::npos && text[after] == '=') return true;
+    for (std::size_t word = 0; (word = text.find("TRACK", word)) != std::string::npos; word += 5) {
+      const std::size_t after = text.find_first_not_of(" \t", word + 5);
+      if (after != std::string::npos && text[after] == '=') return true;
+    }
     const std::size_t last = text.find_last_not_of(" \t\r");
     if (last == std::string::npos || text[last] != ',') return false;
   }

@@ -215,7 +215,9 @@ void read_include(Deck& d)
   const std::string before = d.word;
   d.word = "INCLUDE";
   Head head;
+  const bool hashing = d.hashing;
   deck_head(d, head);
+  d.hashing = hashing;         // lines of the file and behind it belong to the open card
   const HeadParam* input = nullptr;
   std::vector<std::pair<std::string, std::string>> type;
   for (const HeadParam& p : head.param) {

@@ -127,13 +127,16 @@ void hash_card(Deck& d, const Card& c)
     if (c.head.word != "STEP" || p.name != "INC") deck_hash(d, p.name + "=" + p.value.text);
 }
 
-// explicit steps change masses and elements of the whole model
+// what the steps decide of the whole model: explicit ones its masses and elements, RIKS and motion whether
+// cracks follow lines, *MODEL CHANGE whether elements have a state of fracture
 void hash_schemes(Deck& d, const Model& m)
 {
   d.hash_step = false;
   const bool any = std::any_of(m.step.begin(), m.step.end(),
                                [](const Step& s) { return s.explicit_steps(); });
   deck_hash(d, any ? "explicit" : "implicit");
+  for (const FractureDef& f : m.fracture) deck_hash(d, f.track ? "track" : "no track");
+  deck_hash(d, model_changes(m) ? "change" : "no change");
 }
 
 void read_card(Deck& d, Model& m)

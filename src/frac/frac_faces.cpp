@@ -157,16 +157,18 @@ std::vector<FaceNode> face_nodes(const Scan& s, int e, double radius)
   return out;
 }
 
-// nodes with forces or supports of their own, which stay where they are                     [nnode]
+// directions of nodes with forces or supports of their own, which stay where they are   [nnode*dim]
 const std::vector<char>& held_nodes(const Scan& s)
 {
   if (!s.held.empty()) return s.held;
-  s.held.assign(s.m.mesh.nnode() + 1, 0);
+  const int dim = s.m.dim;
+  s.held.assign(static_cast<size_t>(s.m.mesh.nnode()) * dim + 1, 0);
   for (const Load& l : s.step.load)
     if (l.kind == LOAD_NODE)
-      for (int n : l.node) s.held[n] = 1;
+      for (int n : l.node) s.held[static_cast<size_t>(n) * dim + l.dof] = 1;
   for (const Prescribed& b : s.step.prescribed)
-    for (int n : b.node) s.held[n] = 1;
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last && i < dim; ++i) s.held[static_cast<size_t>(n) * dim + i] = 1;
   return s.held;
 }
 
@@ -186,11 +188,12 @@ void take_loads(const Scan& s, int e, double radius, double* J)
     for (int i = 0; i < dim; ++i) u0[i] += s.l.u[static_cast<size_t>(conn[a]) * dim + i] / nen;
   for (const FaceNode& n : face_nodes(s, e, radius)) {
     const double* f = force_at(s, n.node);
-    const bool stays = held[n.node] || (grown && !n.grown);
     const Eigen::Matrix3d inverse = face_inverse(n), H = n.du * inverse;
     const Eigen::Vector3d stretch = inverse * n.dq;
     for (int i = 0; i < dim; ++i) {
-      const double u = s.l.u[static_cast<size_t>(n.node) * dim + i] - u0[i];
+      const size_t at = static_cast<size_t>(n.node) * dim + i;
+      const bool stays    = held[at] || (grown && !n.grown);
+      const double u      = s.l.u[at] - u0[i];
       for (int k = 0; k < dim; ++k) J[k] += f[i] * (stays ? -n.q * H(i, k) : u * stretch[k]);
     }
   }

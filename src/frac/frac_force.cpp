@@ -370,7 +370,7 @@ void take_initial(const Scan& s, int e, double radius, double* J)
     Eigen::Matrix<double, D, D> dX = Eigen::Matrix<double, D, D>::Zero();
     Eigen::Matrix<double, D * D, D> dE = Eigen::Matrix<double, D * D, D>::Zero();
     beside(s, o, [&](int next) {
-      if (!s.intact(next)) return false;
+      if (!s.intact(next) || frac_other_material(s.el, o, next)) return false;
       Eigen::Matrix<double, D, 1> d;
       for (int i = 0; i < D; ++i) d[i] = s.fm.centre[3 * next + i] - s.fm.centre[3 * o + i];
       dX += d * d.transpose();
@@ -409,7 +409,7 @@ const double* force_at(const Scan& s, int node)
 double force_estimate(const Scan& s, int e, double radius, double* J)
 {
   const bool crack = at_crack(s, e);
-  if (crack) radius = tip_radius(s, e, radius);
+  if (crack && estimate_of(s, e) == ESTIMATE_FORCE) radius = tip_radius(s, e, radius);
   const double *c = &s.fm.centre[3 * e], reach = radius + 1.5 * s.fm.local[e];
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
   frac_in_ball(s.fm, c, reach, [&](int o, double) {
@@ -423,7 +423,7 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
   if (crack || at_notch(s, e, radius)) {
     take_surface(s, e, radius, J);
     if (!s.dynamic()) take_loads(s, e, radius, J);
-    if (!s.m.initial_stress.empty()) (s.m.dim == 2 ? take_initial<2> : take_initial<3>)(s, e, radius, J);
+    if (s.law(e).initial >= 0) (s.m.dim == 2 ? take_initial<2> : take_initial<3>)(s, e, radius, J);
   }
   double per = s.fm.thickness[e];
   if (s.m.dim == 3) {

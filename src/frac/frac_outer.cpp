@@ -83,7 +83,7 @@ Reach reach_of(const Model& m, const FractureDef& f)
   const bool sharp = m.dim == 2 && m.section.size() > 1;
   if (force && m.dim == 2)
     r.most = std::max(r.most, sharp ? radius(FRAC_RADIUS_FORCE) + FRAC_SHARP : FRAC_KINK);
-  if (force && m.dim == 3 && m.section.size() > 1) r.most = std::max(r.most, FRAC_SHARP);
+  if (force && m.dim == 3) r.most = std::max(r.most, m.section.size() > 1 ? FRAC_SHARP : FRAC_KINK);
   if (ball && sharp) r.most = std::max(r.most, radius(FRAC_RADIUS_BALL) + FRAC_SHARP);
   r.all = ball ? std::max(r.most, 1.5 + (m.dim == 2 ? 2.0 : 1.0) * FRAC_NOTCH) : r.most;
   return r;

@@ -147,12 +147,13 @@ double sharp_share(Scan& s, int ahead)
 {
   for (const auto& known : s.sharp)
     if (known.first == ahead) return known.second;
-  double x[3], d[3], n[3], J[3], share = 1.0;
+  double x[3], d[3] = {0, 0, 0}, n[3], J[3], share = 1.0;
   const bool force = estimate_of(s, ahead) == ESTIMATE_FORCE;
   const double h = s.fm.local[ahead], radius = force ? radius_of(s, ahead) : FRAC_NOTCH * h;
-  double way[3];
+  const bool face = crack_face(s, ahead, x, d);
+  double way[3]   = {d[0], d[1], d[2]};
   grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, way);
-  if (crack_face(s, ahead, x, d) && near_interface(s, x, INTERFACE_DISTANCE * h, way)) {
+  if (face && near_interface(s, x, INTERFACE_DISTANCE * h, way)) {
     const double G0 = force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead);
     std::copy_n(way, 3, d);
     const double G = crack_axes(s, ahead, J, d, n) ? sharp_release(s, ahead, x, d, n) : 0.0;
@@ -445,6 +446,7 @@ struct Candidate {
   double level = RANK_TOL;     // relative difference of equal ranks
   int front = -1, front_label = 0;
   bool decides = false;        // at a straight initial crack: other elements of the ball are beside it
+  bool at_front = false;       // in space, itself at the front of the crack
   double flanks = 0.0;         // radius of that ball
   // mixed mode: the elements of the kink
   int nkink = 0;
@@ -588,6 +590,7 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   Tip t;
   if (s.m.dim == 3) {
     if (!space_tip(s, e, J, t)) return;
+    c.at_front = true;
   } else if (crack_face(s, e, x, into)) {
     if (!crack_tip(s, e, t)) return;
   } else {
@@ -725,7 +728,7 @@ void drop_beside(std::vector<Candidate>& all)
   for (const Candidate& c : all) {
     bool keep = true;
     for (const Candidate& o : all)
-      keep = keep && (!c.force || c.decides || !o.decides || distance(c, o) >= o.flanks);
+      keep = keep && (!c.force || c.decides || c.at_front || !o.decides || distance(c, o) >= o.flanks);
     if (keep) out.push_back(c);
   }
   all.swap(out);

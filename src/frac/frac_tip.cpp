@@ -245,25 +245,26 @@ void modes_in_space(const Scan& s, int e, Tip& t)
 }  // namespace
 
 // normal of the sides of the crack behind e, where it is a single row: of two opposite faces of a cracked
-// element there, with intact elements behind them; false: none
+// element there, with intact elements behind them; false: none, or several
 bool side_normal(const Scan& s, int e, double* n)
 {
   return beside(s, e, [&](int o) {
     if (!s.cracked(o)) return false;
     const int faces = shape_info[elem_table[s.m.mesh.elem_type[o]].shape].nface;
+    int pairs       = 0;
     for (int f = 0; f < faces; ++f)
       for (int g = 0; g < f; ++g) {
-        double mid[3], other[3];
+        double mid[3], one[3], other[3];
         const int a = s.fm.across[6 * o + f], b = s.fm.across[6 * o + g];
         if (a < 0 || b < 0 || !s.intact(a) || !s.intact(b)) continue;
-        face_of(s.m.mesh, o, f, mid, n);
+        face_of(s.m.mesh, o, f, mid, one);
         face_of(s.m.mesh, o, g, mid, other);
-        const double size = std::sqrt(dot3(n, n));
-        if (dot3(n, other) > -OPPOSITE * size * std::sqrt(dot3(other, other))) continue;
-        for (int i = 0; i < 3; ++i) n[i] /= size;
-        return true;
+        const double size = std::sqrt(dot3(one, one));
+        if (dot3(one, other) > -OPPOSITE * size * std::sqrt(dot3(other, other))) continue;
+        for (int i = 0; i < 3; ++i) n[i] = one[i] / size;
+        ++pairs;
       }
-    return false;
+    return pairs == 1;                               // several: a column of cracked elements has no plane
   });
 }
 

@@ -405,7 +405,9 @@ bool near_crack(Tracker& t, int e)
 {
   const double *x = t.centre(e), radius = reach(t, e);
   bool found = false;
-  around(t, e, x, radius, [&](int o) { found = found || t.fr.tracked[o]; });
+  around(t, e, x, radius, [&](int o) {
+    found = found || (t.fr.tracked[o] && (t.fr.tracked[o] != FREE || begun(t, o)));
+  });
   for (int k = 0; k < t.ntip(); ++k) {
     const double* tip = &t.fr.tip[4 * static_cast<size_t>(k)];
     found = found || (t.fr.tip_elem[k] >= 0 && t.reached[t.fr.tip_elem[k]] == t.search &&
@@ -596,6 +598,7 @@ void add_start(Tracker& t, const Corner& c)
 {
   const double* X = &t.m.mesh.X[3 * static_cast<size_t>(c.node)];
   const Start s   = start_of(t, c);
+  if (s.ahead < 0) return;             // not at t(n): the increment is cut after MOST_STARTS
   const double off = 1e-6 * s.side * t.fm.size[s.ahead];       // the node is on one side of the line
   t.fr.tip.insert(t.fr.tip.end(), {X[0] - off * c.d[1], X[1] + off * c.d[0], c.d[0], c.d[1]});
   t.fr.tip_elem.push_back(s.ahead);

@@ -187,7 +187,8 @@ struct Fracture {              // empty arrays: no fracture, no conversion
   double area = 0.0;           // crack area: sum of V/h over broken elements    length x thickness
   // smallest and largest coordinates of centres of points whose cohesive crack has opened
   double least[3] = {1e300, 1e300, 1e300}, most[3] = {-1e300, -1e300, -1e300};
-  // TRACK: [nelem] has a crack from an earlier increment: 1: on the line of a tip, 2: beside; empty: none
+  // TRACK: [nelem] has a crack from an earlier increment: 1: on the line of a tip, 2: beside, 3: begins as
+  // without TRACK; empty: none
   IntVec tracked;
   RealVec tip;                 // [ntip*4] tips of cracks: position and unit direction of growth
   IntVec tip_elem;             // [ntip] element ahead of the tip, -1: the tip has stopped
@@ -258,6 +259,7 @@ struct ContactLog {            // one contact pair at t(n+1)
   double area  = 0;            // closed area
   double peak  = 0;            // largest pressure of a contact point           force/length^2
   double work  = 0;            // dissipated by friction since the start
+  double sunk  = 0;            // largest depth so far, over ContactState::deep
 };
 
 struct StepClock {             // time of the present step

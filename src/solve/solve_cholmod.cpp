@@ -5,7 +5,6 @@
 #include <cholmod.h>
 #include <omp.h>
 
-
 struct ChmData {
   cholmod_common common;
   cholmod_factor* L = nullptr;

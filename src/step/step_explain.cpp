@@ -380,8 +380,8 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
                 "residual %.3e, force scale %.3e after %d iterations: use smaller increments or more "
                 "iterations (*NEWTON, MAX ITER=); the load may exceed what the structure can carry%s",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations,
-                pressed ? ". Pressure follows its faces, which the matrix leaves out: Newton's method cannot "
-                          "follow several times the shear modulus; prescribe displacements instead"
+                pressed ? ". Pressure follows its faces, which the matrix leaves out: where it exceeds the "
+                          "shear modulus several times prescribe displacements instead"
                         : "");
   const Solver& solver = p.newton.solver;
   const bool fixed_pivots = solver.null_pivot_row >= 0 && solver.zero_equation >= 0;

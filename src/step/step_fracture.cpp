@@ -220,8 +220,8 @@ void warn_lost(Problem& p, int elem)
 {
   const int label = comm_allreduce_max(elem >= 0 ? p.m.mesh.elem_label[elem] : -1);
   if (label < 0 || !p.warned.insert("line of a crack lost").second) return;
-  log_warn("time %.8g: at element %d a crack has no room to turn, or meets elements that cannot break or are "
-           "stronger: there it grows as without TRACK, and may follow the rows of the mesh",
+  log_warn("time %.8g: at element %d a crack has no room to turn, or meets elements that are stronger, "
+           "cannot break or have no TRACK: there it grows as without it, and may follow the rows of the mesh",
            p.st.n.time, label);
 }
 

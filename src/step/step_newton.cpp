@@ -536,7 +536,8 @@ Failure step_newton(Problem& p, Attempt& a)
     // RIKS: the first residual belongs to the last load
     const bool judged = reached && (it > 1 || !a.arc.on);
     if (a.newton.opens) failure = descend(p, a, judged ? before : 0.0, advance, trial, descent, b);
-    if (a.newton.opens && descent.next >= MANY_ITERATIONS) keep_open(p.d.el, p.st);
+    if (a.newton.opens && descent.next >= MANY_ITERATIONS && !a.start.guesses)
+      keep_open(p.d.el, p.st);               // a failed guess leaves t(n) as it is
     if (!failure.ok()) return failure;
     stale = b.free_norm < least ? 0 : stale + 1;
     least = std::min(least, b.free_norm);

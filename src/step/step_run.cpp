@@ -192,6 +192,7 @@ struct Increment {
   int cuts = 0;                // cuts of the step before it
   double dt = 0.0;             // of this attempt
   double shorter = 0.0;        // of the next attempt, if this one fails
+  int starts = 0;              // repetitions for cracks that start at corners
   UndoPoint undo;              // with fracture, from the start of the first attempt
   bool undoes = false;         // undo belongs to this increment
   BreakWatch watch;
@@ -407,6 +408,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   if (failure.status == CRITERION_EXCEEDED && inc.watch.track.advance == 0.0 &&
       !cut_to_break(p.m, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
     inc.watch.on = false;
+    inc.shorter  = 0.5 * inc.dt;
     failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   }
   st.log.iterations = iterations;
@@ -447,12 +449,16 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   return true;
 }
 
+// cracks that start at corners in one increment  (no test)
+const int MOST_STARTS = 32;
+
 // TRACK: cracks start at corners: the increment is repeated from t(n), with the ledger of before, and with
 // the lines of these cracks. False: the increment failed for another reason
 bool start_cracks(Problem& p, const Step& s, const Ledger& before, Increment& inc, const Failure& failure,
                   Output& out)
 {
   if (failure.status != CRITERION_EXCEEDED || inc.watch.track.start.empty()) return false;
+  if (++inc.starts > MOST_STARTS) return false;
   State& st = p.st;
   StepClock clock = st.clock;
   step_undo(p, inc.undo);
@@ -536,6 +542,23 @@ void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warne
            st.log.step, st.n.time, inc.crawling, s.dt, inc.dt, why.c_str(), crawl_advice(inc.limit));
 }
 
+// Explicit steps: depth of contact that is told, over ContactState::deep, a twentieth of the face; there the
+// pressure is three times that of the penalty                  (4.21)  (test: contact/edge_explicit.inp)
+const double SUNK = 2.0;
+
+// explicit steps: warns of penalties of the program that let bodies sink into each other
+void warn_soft_contact(Problem& p)
+{
+  for (size_t d = 0; d < p.st.contact.size(); ++d) {
+    const double sunk = p.st.contact[d].sunk;
+    if (sunk <= SUNK || !p.warned.insert("soft " + p.m.bond[d].name).second) continue;
+    log_warn("time %.8g: contact %s: bodies sink into each other by %.2g of a face: the penalty that "
+             "explicit increments allow is soft, so bodies touch each other too long, and edges give way. "
+             "ALPHA=3 of *CONTACT or *CONTACT PAIR is stiffer, in more increments; finer meshes need it less",
+             p.st.n.time, p.m.bond[d].name.c_str(), sunk / 20.0);
+  }
+}
+
 // warnings on the new state
 void warn_of_state(Problem& p, const Step& s)
 {
@@ -546,6 +569,7 @@ void warn_of_state(Problem& p, const Step& s)
     if (p.d.fm.on) step_warn_bridged(p.m, p.d, st, s, p.warned);
   }
   if (p.d.fm.on) step_warn_loose(p.m, p.d, p.dofs, st, s, p.warned);
+  if (s.explicit_steps()) warn_soft_contact(p);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }
 
