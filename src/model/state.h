@@ -259,7 +259,6 @@ struct ContactLog {            // one contact pair at t(n+1)
   double area  = 0;            // closed area
   double peak  = 0;            // largest pressure of a contact point           force/length^2
   double work  = 0;            // dissipated by friction since the start
-  double sunk  = 0;            // largest depth so far, over ContactState::deep
 };
 
 struct StepClock {             // time of the present step

@@ -199,8 +199,8 @@ inline void io(Archive& f, Ledger& x)
 
 inline void io(Archive& f, ContactLog& x)
 {
-  auto& [force, gap, area, peak, work, sunk] = x;
-  io_all(f, force, gap, area, peak, work, sunk);
+  auto& [force, gap, area, peak, work] = x;
+  io_all(f, force, gap, area, peak, work);
 }
 
 inline void io(Archive& f, StepClock& x)

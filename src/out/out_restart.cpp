@@ -42,7 +42,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 46;                     // of the content; changes with every change of a struct in it
+const int format = 45;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // precedes the content
   char magic[8];

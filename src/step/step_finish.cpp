@@ -374,7 +374,7 @@ void sum_contact(std::vector<ContactLog>& log, double& friction, RealVec& wall)
   RealVec sum = {friction}, largest;
   for (const ContactLog& c : log) {
     sum.insert(sum.end(), {c.force, c.area, c.work});
-    largest.insert(largest.end(), {c.peak, -c.gap, c.sunk});
+    largest.insert(largest.end(), {c.peak, -c.gap});
   }
   sum.insert(sum.end(), wall.begin(), wall.end());
   comm_sum(sum);
@@ -387,7 +387,6 @@ void sum_contact(std::vector<ContactLog>& log, double& friction, RealVec& wall)
     c.work  = *s++;
     c.peak  = *x++;
     c.gap   = -*x++;
-    c.sunk  = *x++;
   }
   std::copy_n(s, wall.size(), wall.begin());
 }
@@ -426,8 +425,6 @@ void finish_contact_points(const Model& m, const ContactPairs& pairs, const Atte
     c.force += pressure;
     c.gap  = std::min(c.gap, gap + st.bonds.contact.initial_penetration[b]);
     c.peak = std::max(c.peak, pressure / st.bonds.area[b]);
-    const double deep = st.bonds.contact.deep[b];
-    if (deep > 0.0) c.sunk = std::max(c.sunk, -gap / deep);
     if (pressure > 0.0) c.area += st.bonds.area[b];
     c.work += std::sqrt(slide) * slipped;
   }
@@ -442,10 +439,7 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
   if (m.part.on) sum_contact(log, friction, wall);
   st.ledger.friction += friction;
   for (size_t i = 0; i < wall.size(); ++i) st.grid_rf[i] += wall[i];
-  for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) {
-    log[d].work += st.contact[d].work;
-    log[d].sunk = std::max(log[d].sunk, st.contact[d].sunk);
-  }
+  for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work += st.contact[d].work;
   st.contact = log;
 }
 

@@ -542,23 +542,6 @@ void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warne
            st.log.step, st.n.time, inc.crawling, s.dt, inc.dt, why.c_str(), crawl_advice(inc.limit));
 }
 
-// Explicit steps: depth of contact that is told, over ContactState::deep, a twentieth of the face; there the
-// pressure is three times that of the penalty                  (4.21)  (test: contact/edge_explicit.inp)
-const double SUNK = 2.0;
-
-// explicit steps: warns of penalties of the program that let bodies sink into each other
-void warn_soft_contact(Problem& p)
-{
-  for (size_t d = 0; d < p.st.contact.size(); ++d) {
-    const double sunk = p.st.contact[d].sunk;
-    if (sunk <= SUNK || !p.warned.insert("soft " + p.m.bond[d].name).second) continue;
-    log_warn("time %.8g: contact %s: bodies sink into each other by %.2g of a face: the penalty that "
-             "explicit increments allow is soft, so bodies touch each other too long, and edges give way. "
-             "ALPHA=3 of *CONTACT or *CONTACT PAIR is stiffer, in more increments; finer meshes need it less",
-             p.st.n.time, p.m.bond[d].name.c_str(), sunk / 20.0);
-  }
-}
-
 // warnings on the new state
 void warn_of_state(Problem& p, const Step& s)
 {
@@ -569,7 +552,6 @@ void warn_of_state(Problem& p, const Step& s)
     if (p.d.fm.on) step_warn_bridged(p.m, p.d, st, s, p.warned);
   }
   if (p.d.fm.on) step_warn_loose(p.m, p.d, p.dofs, st, s, p.warned);
-  if (s.explicit_steps()) warn_soft_contact(p);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }
 
