@@ -89,6 +89,7 @@ namespace {
 // a node of the faces of intact elements in a ball, with the edges there of these faces
 struct FaceNode {
   int node = -1;
+  bool crack = false;          // at cracked elements: faces at the surface of the body do not count
   bool grown = true;           // at broken elements only
   double q = 0.0;
   Eigen::Matrix3d dX = Eigen::Matrix3d::Zero();      // sum of dX dX^T
@@ -147,6 +148,14 @@ std::vector<FaceNode> face_nodes(const Scan& s, int e, double radius)
           at = out.end() - 1;
           at->node = node;
           at->q    = q_at(s, node, c, radius);
+        }
+        if (at->crack && behind < 0) continue;
+        if (behind >= 0 && !at->crack) {
+          const double q = at->q;
+          *at       = FaceNode();
+          at->node  = node;
+          at->q     = q;
+          at->crack = true;
         }
         at->grown = at->grown && behind >= 0 && s.broken(behind);
         for (int next : {conn[info.face[f][(a + 1) % n]], conn[info.face[f][(a + n - 1) % n]]})
