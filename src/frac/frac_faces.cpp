@@ -167,18 +167,18 @@ std::vector<FaceNode> face_nodes(const Scan& s, int e, double radius)
 }
 
 // directions of nodes with forces or supports of their own, which stay where they are   [nnode*dim]
-const std::vector<char>& held_nodes(const Scan& s)
+const std::vector<char>& given_dofs(const Scan& s)
 {
-  if (!s.held.empty()) return s.held;
+  if (!s.given.empty()) return s.given;
   const int dim = s.m.dim;
-  s.held.assign(static_cast<size_t>(s.m.mesh.nnode()) * dim + 1, 0);
+  s.given.assign(static_cast<size_t>(s.m.mesh.nnode()) * dim + 1, 0);
   for (const Load& l : s.step.load)
     if (l.kind == LOAD_NODE)
-      for (int n : l.node) s.held[static_cast<size_t>(n) * dim + l.dof] = 1;
+      for (int n : l.node) s.given[static_cast<size_t>(n) * dim + l.dof] = 1;
   for (const Prescribed& b : s.step.prescribed)
     for (int n : b.node)
-      for (int i = b.first; i <= b.last && i < dim; ++i) s.held[static_cast<size_t>(n) * dim + i] = 1;
-  return s.held;
+      for (int i = b.first; i <= b.last && i < dim; ++i) s.given[static_cast<size_t>(n) * dim + i] = 1;
+  return s.given;
 }
 
 }  // namespace
@@ -190,7 +190,7 @@ const std::vector<char>& held_nodes(const Scan& s)
 void take_loads(const Scan& s, int e, double radius, double* J)
 {
   const int dim = s.m.dim, nen = s.m.mesh.conn.count(e), *conn = s.m.mesh.conn.begin(e);
-  const std::vector<char>& held = held_nodes(s);
+  const std::vector<char>& given = given_dofs(s);
   const bool grown = beside(s, e, [&](int o) { return s.broken(o); });
   double u0[3] = {0, 0, 0};
   for (int a = 0; a < nen; ++a)
@@ -201,7 +201,7 @@ void take_loads(const Scan& s, int e, double radius, double* J)
     const Eigen::Vector3d stretch = inverse * n.dq;
     for (int i = 0; i < dim; ++i) {
       const size_t at = static_cast<size_t>(n.node) * dim + i;
-      const bool stays    = held[at] || (grown && !n.grown);
+      const bool stays    = given[at] || (grown && !n.grown);
       const double u      = s.l.u[at] - u0[i];
       for (int k = 0; k < dim; ++k) J[k] += f[i] * (stays ? -n.q * H(i, k) : u * stretch[k]);
     }

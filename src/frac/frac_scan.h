@@ -24,7 +24,7 @@ struct Scan {
   // force of the intact elements on a node [nnode*dim], and whether it is computed [nnode]; on demand
   mutable RealVec node_force = {};
   mutable std::vector<char> node_known = {};
-  mutable std::vector<char> held = {};       // [nnode*dim] forces or supports; empty: not yet searched
+  mutable std::vector<char> given = {};      // [nnode*dim] forces or supports; empty: not yet searched
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }

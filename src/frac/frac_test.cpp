@@ -233,7 +233,7 @@ bool competes(Scan& s, int o, double limit)
 // is the drive small compared with the strongest competitor: FORCE: in its ball, BALL in dynamics: within
 // SPACING? G of the ball, and |J|, are similar for all elements near a tip, also behind it; on an aligned
 // mesh the neighbours of the tip element have a third of its energy, those behind it a tenth.
-// FORCE compares the energies as well: a weak element ahead does not place a tip behind it
+// FORCE compares the energies as well: a weak element ahead makes no tip behind it
 // (test: fracture/weak_ahead.inp)
 bool behind_tip(Scan& s, int e)
 {

@@ -356,16 +356,16 @@ Failure accelerate_grid(Problem& p, Attempt& a)
     add_residual(s, f, Ma, a.acc);
   }
   const auto fixed = s.bound.fixed.begin() + first;
-  const bool held  = !dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end());
-  if (held) multiply_grid(s, a.acc, Ma);
+  const bool bound  = !dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end());
+  if (bound) multiply_grid(s, a.acc, Ma);
   double sum = 0.0, work = 0.0;
   for (int i = first; i < s.rows.neq(); ++i) {
     if (s.bound.fixed[i] == DOF_FIXED) a.R[i] = Ma[i] - f[i];
     sum += a.acc[i];
     if (s.rows.counts(i)) work += 0.5 * (a.fext0[i] + a.fext[i]) * a.du[i];
   }
-  a.work += held ? work + work_of_grid(p, a, f) : work;
-  if (held && !dof_all(s, still_planes(s, a.acc))) {
+  a.work += bound ? work + work_of_grid(p, a, f) : work;
+  if (bound && !dof_all(s, still_planes(s, a.acc))) {
     a.leap_grid = leap_of_free(s, a.acc);
   } else {
     a.leap_grid = leap_of_grid(s, a.acc, f);         // f = M a
