@@ -97,12 +97,6 @@ struct FaceNode {
   Eigen::Vector3d dq = Eigen::Vector3d::Zero();      // sum of dq dX
 };
 
-double q_at(const Scan& s, int node, const double* c, double radius)
-{
-  const double* X = &s.m.mesh.X[3 * static_cast<size_t>(node)];
-  return ball_q(std::hypot(X[0] - c[0], X[1] - c[1], X[2] - c[2]), radius);
-}
-
 void add_edge(const Scan& s, int to, double q, FaceNode& n)
 {
   const size_t a = n.node, b = to;
@@ -147,7 +141,7 @@ std::vector<FaceNode> face_nodes(const Scan& s, int e, double radius)
           out.emplace_back();
           at = out.end() - 1;
           at->node = node;
-          at->q    = q_at(s, node, c, radius);
+          at->q    = weight_of(s, node, c, radius);
         }
         if (at->crack && behind < 0) continue;
         if (behind >= 0 && !at->crack) {
@@ -159,7 +153,7 @@ std::vector<FaceNode> face_nodes(const Scan& s, int e, double radius)
         }
         at->grown = at->grown && behind >= 0 && s.broken(behind);
         for (int next : {conn[info.face[f][(a + 1) % n]], conn[info.face[f][(a + n - 1) % n]]})
-          add_edge(s, next, q_at(s, next, c, radius), *at);
+          add_edge(s, next, weight_of(s, next, c, radius), *at);
       }
     }
   });

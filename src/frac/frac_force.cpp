@@ -135,11 +135,6 @@ double weight_at(const double* x, const double* c, double radius)
   return ball_q(std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]), radius);
 }
 
-double weight_of(const Scan& s, int node, const double* c, double radius)
-{
-  return weight_at(&s.m.mesh.X[3 * node], c, radius);
-}
-
 // contribution of the surface of the body inside the ball to J: -int q W n dA on faces without traction.
 // Faces of a notch belong to the crack
 void take_surface(const Scan& s, int e, double radius, double* J)
@@ -337,10 +332,6 @@ void add_force(const Scan& s, int e, double* q, double* J)
   add(s, e, q, J);
 }
 
-}  // namespace
-
-namespace {
-
 // mean initial strain of an intact element                                          [dim*dim]
 template <int D>
 Eigen::Matrix<double, D * D, 1> mean_initial(const Scan& s, int e)
@@ -389,6 +380,11 @@ void take_initial(const Scan& s, int e, double radius, double* J)
 }
 
 }  // namespace
+
+double weight_of(const Scan& s, int node, const double* c, double radius)
+{
+  return weight_at(&s.m.mesh.X[3 * node], c, radius);
+}
 
 const double* force_at(const Scan& s, int node)
 {

@@ -110,6 +110,9 @@ inline double ball_q(double r, double radius)
   return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
 }
 
+// weight_of : q of a node in the ball around c
+double weight_of(const Scan& s, int node, const double* c, double radius);
+
 // force_at : force of the intact elements on a node [dim]: that of loads, supports, contact and broken
 // elements
 const double* force_at(const Scan& s, int node);

@@ -29,6 +29,18 @@ void crack_stress(const MatLaw& law, const Eigen::Vector3d& N, const Eigen::Vect
 void crack_subtract(const MatLaw& law, const Eigen::Vector3d& N, const Eigen::Vector3d& a, double share,
                     double* D);
 
+// One of several cracks of a point at the end of an increment
+struct CrackBand {
+  Eigen::Vector3d N;           // normal at t = 0
+  double before = 0.0, k = 0.0;        // largest opening at t(n), at t(n+1)
+  double width  = 0.0;         // inout
+};
+
+// crack_next_widths : widths of n cracks in the next increment. Of an element: along its mean normal for the
+// crack next to it, normal to that for the others; of a point: that of the cells for the crack that has
+// opened widest. false: none changes
+bool crack_next_widths(const CrackLaw& c, int n, CrackBand* band);
+
 // ---------------------------------------------------------------------------
 // law_cohesive_axes : cracks along all principal axes, each with its own history          (2.36e), (2.36f)
 //

@@ -235,30 +235,17 @@ double dissipated_by(const CrackLaw& c, const Axes& a)
 
 // ---- widths of the next increment ----------------------------------------------------------------------
 
-// of an element: along its mean normal for the axis next to it, normal to that for the others; of a point:
-// that of the cells for the crack that has opened widest. false: none changes
 bool next_widths(const CrackLaw& c, Axes& a)
 {
-  const Vec3 across(c.across);
-  int main = 0;
-  const auto weight = [&](int i) { return c.X ? std::fabs(a.o[i].N.dot(across)) : a.k0[i]; };
-  for (int i = 1; i < a.n; ++i)
-    if (weight(i) > weight(main)) main = i;
-  bool changes = false;
+  CrackBand band[CRACK_AXES];
+  for (int i = 0; i < a.n; ++i) band[i] = {a.o[i].N, a.k0[i], a.o[i].k, a.o[i].width};
+  if (!crack_next_widths(c, a.n, band)) return false;
   for (int i = 0; i < a.n; ++i) {
-    Opening& o   = a.o[i];
-    double width = o.width;
-    if (o.k == 0.0) continue;
-    if (i == main) width = crack_next_width(c, o.width, a.k0[i], o.k);
-    else if (c.X && !across.isZero(0.0) && o.k < SETTLED * crack_open(c)) {
-      const Vec3 along = o.N - o.N.dot(across) * across;
-      width = crack_width(c, along.normalized().eval().data());
-    }
-    changes  = changes || width != o.width;
-    o.width  = width;
-    o.beside = (a.lam + 2.0 * a.mu) / width;
+    if (a.o[i].k == 0.0) continue;
+    a.o[i].width  = band[i].width;
+    a.o[i].beside = (a.lam + 2.0 * a.mu) / band[i].width;
   }
-  return changes;
+  return true;
 }
 
 // ---- tangent -------------------------------------------------------------------------------------------
@@ -315,6 +302,28 @@ void keep(const Axes& a, double* h)
 }
 
 }  // namespace
+
+bool crack_next_widths(const CrackLaw& c, int n, CrackBand* band)
+{
+  const Vec3 across(c.across);
+  int main = 0;
+  const auto weight = [&](int i) { return c.X ? std::fabs(band[i].N.dot(across)) : band[i].before; };
+  for (int i = 1; i < n; ++i)
+    if (weight(i) > weight(main)) main = i;
+  bool changes = false;
+  for (int i = 0; i < n; ++i) {
+    CrackBand& o       = band[i];
+    const double width = o.width;
+    if (o.k == 0.0) continue;
+    if (i == main) o.width = crack_next_width(c, width, o.before, o.k);
+    else if (c.X && !across.isZero(0.0) && o.k < SETTLED * crack_open(c)) {
+      const Vec3 along = o.N - o.N.dot(across) * across;
+      o.width = crack_width(c, along.normalized().eval().data());
+    }
+    changes = changes || o.width != width;
+  }
+  return changes;
+}
 
 bool law_cohesive_axes(const MatLaw& law, const double* h_n, double* h_np1, bool tangent, LawOutput& out)
 {

@@ -14,7 +14,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mat/crack.h"
+#include "mat/crack_axes.h"
 #include "mat/hencky.h"
 #include "mat/root.h"
 
@@ -438,32 +438,17 @@ void find_widths(const HenckyTrial& t, Cracked& c)
       c.crack[i].width = crack_width(c.law.crack, normal_of(t, c.crack[i].axis).data());
 }
 
-// widths of the next increment, of an element: along its mean normal for the crack next to it, normal to that
-// for the others; of a point: that of the cells for the crack that has opened widest. false: none changes
+// widths of the next increment; false: none changes
 bool next_flow_widths(const HenckyTrial& t, Cracked& c)
 {
-  const CrackLaw& law = c.law.crack;
-  const Vec3 across(law.across);
-  int main = 0;
-  const auto weight = [&](int i) {
-    return law.X ? std::fabs(normal_of(t, c.crack[i].axis).dot(across)) : c.crack[i].k0;
-  };
-  for (int i = 1; i < c.n; ++i)
-    if (weight(i) > weight(main)) main = i;
-  bool changes = false;
+  CrackBand band[CRACK_AXES];
   for (int i = 0; i < c.n; ++i) {
-    AxisCrack& o = c.crack[i];
-    double width = o.width;
-    if (o.k == 0.0) continue;
-    if (i == main) width = crack_next_width(law, o.width, o.k0, o.k);
-    else if (law.X && !across.isZero(0.0) && o.k < SETTLED * crack_open(law)) {
-      const Vec3 N = normal_of(t, o.axis), along = N - N.dot(across) * across;
-      width = crack_width(law, along.normalized().eval().data());
-    }
-    changes = changes || width != o.width;
-    o.width = width;
+    const AxisCrack& o = c.crack[i];
+    band[i] = {normal_of(t, o.axis), o.k0, o.k, o.width};
   }
-  return changes;
+  if (!crack_next_widths(c.law.crack, c.n, band)) return false;
+  for (int i = 0; i < c.n; ++i) c.crack[i].width = band[i].width;
+  return true;
 }
 
 // the widths follow the mean normal: updates widths and stored energy for the next increment; the change of
