@@ -280,10 +280,6 @@ void needed_box(const Model& m, const State& st, double* lo, double* hi)
   }
 }
 
-}  // namespace
-
-namespace {
-
 // advice for the too deep contact point b: fast penetration in this increment, or slow
 std::string deep_advice(const Problem& p, int b)
 {
@@ -306,87 +302,103 @@ std::string deep_advice(const Problem& p, int b)
   return text;
 }
 
-// whole: divided model: free motion; contact: support by pairs; master: of an inverted element
-std::string explain_here(const Problem& p, const Failure& f, const std::string& whole,
-                         const std::string& contact, const std::string& master)
+std::string outside_grid(const Problem& p, const Failure& f)
 {
-  char text[512];
   const Model& m = p.m;
-  if (!f.note.empty()) return f.note;
-  const Status status = f.status;
-  const bool nlgeom   = m.step[p.st.log.step - 1].nlgeom;
-  if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p, whole, contact);
-  if (status == MASS_FAILED)
-    return "the system of the mass matrix (velocities of the grid at the start of the increment, or "
-           "accelerations of the nodes) was solved neither by conjugate gradients nor by a factorisation, "
-           "which smaller increments do not change: check densities, velocities and sizes of elements that "
-           "are out of proportion";
-  if (status == OUTSIDE_GRID) {
-    double top[3] = {0, 0, 0}, lo[3], hi[3];
-    for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
-    const std::string passed = passed_plane(m, p.st, f);
-    if (!passed.empty()) return outside_text(m, p.st, f) + passed;
-    needed_box(m, p.st, lo, hi);
-    return outside_text(m, p.st, f) + " left the grid, which extends from " +
-           position_text(m.grid.lo.data(), m.dim) + " to " + position_text(top, m.dim) +
-           ": enlarge *GRID; with the present velocities the step needs it from " + position_text(lo, m.dim) +
-           " to " + position_text(hi, m.dim);
-  }
-  if (status == BAD_NUMBER)
-    return "forces or displacements are no longer finite (NaN or infinity): check the deck for a value out "
-           "of proportion (units, sizes, stiffness, density, penalty, dt)";
-  if (status == DIVISION_FAILED) return out_status_text(status);
-  if (status == CONTACT_DEPTH && f.index >= 0) {
-    const BondDef& d = m.bond[p.st.bonds.def[f.index]];
-    const double* X  = &p.st.bonds.X[3 * f.index];
-    std::snprintf(text, sizeof text,
-                  "contact %s: the contact point initially at (%g, %g, %g) penetrates its master face by %g, "
-                  "too deep for the size of the face: ",
-                  d.name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[f.index * m.dim]);
-    return text + deep_advice(p, f.index);
-  }
-  if (status == BAD_JACOBIAN && f.index >= 0) {
-    const bool is_point = f.at == AT_POINT;
-    const Material& material = is_point ? point_material(m, p.st.points, f.index)
-                                        : m.material[model_material(m, f.index)];
-    const bool softens = nlgeom && material.law == LAW_SVK;
-    const bool opens   = law_flows(material.law) &&
-                       std::any_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& d) {
-                         return d.criterion == CRITERION_COHESIVE;
-                       });
-    std::snprintf(text, sizeof text,
-                  "%s %d turned inside out (det F <= 0)%s%s: check the load, or use smaller increments",
-                  is_point ? "material point" : "element",
-                  is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
-                  opens ? ", or no openings of its cracks are in equilibrium" : "",
-                  softens ? SOFTENS_TEXT : "");
-    return text + master;
-  }
+  const std::string passed = passed_plane(m, p.st, f);
+  if (!passed.empty()) return outside_text(m, p.st, f) + passed;
+  double top[3] = {0, 0, 0}, lo[3], hi[3];
+  for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
+  needed_box(m, p.st, lo, hi);
+  return outside_text(m, p.st, f) + " left the grid, which extends from " +
+         position_text(m.grid.lo.data(), m.dim) + " to " + position_text(top, m.dim) +
+         ": enlarge *GRID; with the present velocities the step needs it from " + position_text(lo, m.dim) +
+         " to " + position_text(hi, m.dim);
+}
+
+std::string too_deep(const Problem& p, int b)
+{
+  const double* X = &p.st.bonds.X[3 * b];
+  char text[512];
+  std::snprintf(text, sizeof text,
+                "contact %s: the contact point initially at (%g, %g, %g) penetrates its master face by %g, "
+                "too deep for the size of the face: ",
+                p.m.bond[p.st.bonds.def[b]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[b * p.m.dim]);
+  return text + deep_advice(p, b);
+}
+
+std::string inside_out(const Problem& p, const Failure& f, bool nlgeom)
+{
+  const Model& m = p.m;
+  const bool is_point = f.at == AT_POINT;
+  const Material& material = is_point ? point_material(m, p.st.points, f.index)
+                                      : m.material[model_material(m, f.index)];
+  const bool opens = law_flows(material.law) &&
+                     std::any_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& d) {
+                       return d.criterion == CRITERION_COHESIVE;
+                     });
+  char text[512];
+  std::snprintf(text, sizeof text,
+                "%s %d turned inside out (det F <= 0)%s%s: check the load, or use smaller increments",
+                is_point ? "material point" : "element",
+                is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
+                opens ? ", or no openings of its cracks are in equilibrium" : "",
+                nlgeom && material.law == LAW_SVK ? SOFTENS_TEXT : "");
+  return text;
+}
+
+// pivots: what the solver has fixed
+std::string not_converged(const Problem& p, Status status, bool nlgeom, const std::string& pivots)
+{
+  const StepLog& log = p.st.log;
+  char text[512];
   // without NLGEOM the law is Hooke's, which does not soften
-  const double stretch = nlgeom ? smallest_stretch(m, p.d.el, p.st) : 1.0;
+  const double stretch = nlgeom ? smallest_stretch(p.m, p.d.el, p.st) : 1.0;
   if (stretch < 0.65) {
     std::snprintf(
         text, sizeof text,
         "no equilibrium found (residual %.3e against %.3e); the smallest stretch is %.3f: St.Venant-"
         "Kirchhoff softens below 0.577 and carries no more load: use *HYPERELASTIC, NEO HOOKE "
         "instead of *ELASTIC",
-        p.st.log.residual, p.st.log.scale, stretch);
+        log.residual, log.scale, stretch);
     return text;
   }
-  if (p.st.log.iterations == 0) return std::string(out_status_text(status)) + ", before the first iteration";
-  const Step& now    = m.step[p.st.log.step - 1];
+  if (log.iterations == 0) return std::string(out_status_text(status)) + ", before the first iteration";
+  const Step& now    = p.m.step[log.step - 1];
   const bool pressed = now.proc == PROC_STATIC && assem_has_followers(now);
   std::snprintf(text, sizeof text,
                 "residual %.3e, force scale %.3e after %d iterations: use smaller increments or more "
                 "iterations (*NEWTON, MAX ITER=); the load may exceed what the structure can carry%s",
-                p.st.log.residual, p.st.log.scale, p.st.log.iterations,
+                log.residual, log.scale, log.iterations,
                 pressed ? ". Pressure follows its faces, which the matrix leaves out: where it exceeds the "
                           "shear modulus several times prescribe displacements instead"
                         : "");
+  return text + single_points(p.m, p.st.frac) + pivots;
+}
+
+// whole: divided model: free motion; contact: support by pairs; master: of an inverted element
+std::string explain_here(const Problem& p, const Failure& f, const std::string& whole,
+                         const std::string& contact, const std::string& master)
+{
+  if (!f.note.empty()) return f.note;
+  const Status status = f.status;
+  const bool nlgeom   = p.m.step[p.st.log.step - 1].nlgeom;
+  if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p, whole, contact);
+  if (status == MASS_FAILED)
+    return "the system of the mass matrix (velocities of the grid at the start of the increment, or "
+           "accelerations of the nodes) was solved neither by conjugate gradients nor by a factorisation, "
+           "which smaller increments do not change: check densities, velocities and sizes of elements that "
+           "are out of proportion";
+  if (status == OUTSIDE_GRID) return outside_grid(p, f);
+  if (status == BAD_NUMBER)
+    return "forces or displacements are no longer finite (NaN or infinity): check the deck for a value out "
+           "of proportion (units, sizes, stiffness, density, penalty, dt)";
+  if (status == DIVISION_FAILED) return out_status_text(status);
+  if (status == CONTACT_DEPTH && f.index >= 0) return too_deep(p, f.index);
+  if (status == BAD_JACOBIAN && f.index >= 0) return inside_out(p, f, nlgeom) + master;
   const Solver& solver = p.newton.solver;
-  const bool fixed_pivots = solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
-  const std::string single = text + single_points(m, p.st.frac);
-  return fixed_pivots ? single + "; " + solver_text(p, whole, contact) : single;
+  const bool fixed     = solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
+  return not_converged(p, status, nlgeom, fixed ? "; " + solver_text(p, whole, contact) : "");
 }
 
 // has this rank the location of the failure?
