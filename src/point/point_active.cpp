@@ -137,26 +137,23 @@ void follow_corners(const Points& pts, const GridShare& share, int nnode, Active
   g.corner_w.swap(out_w);
 }
 
-// 1. cells and nodes under every corner and bond: their keys, ascending; lists
-// and weights refer to these by index
+// Cells and nodes under the corners
+//   in   x      positions                                                      [ncorner*D]
+//   out  key    of the nodes, which g.corner.item refers to;   cell: keys, some twice
+//        worst  OUTSIDE_GRID: the corner
 template <int D>
-Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share, const RealVec& uc,
-             const RealVec& xb, std::vector<long>& node, ActiveGrid& g, int* worst)
+Status touch_corners(const Grid& grid, const Points& pts, const GridShare& share, const RealVec& x,
+                     std::vector<long>& key, std::vector<long>& cell, ActiveGrid& g, int* worst)
 {
-  const Grid& grid = m.grid;
-  std::vector<long> corner_key, bond_key, cell;
   CellPosition s;
   std::vector<char> owned(pts.ncorner, 0);           // corners of points; released points have left theirs
   for (int c : pts.conn.item) owned[c] = share.has_corner(c);
-  RealVec x(pts.Xc.size());
-  for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
-  Touched corner(pts.ncorner, 1 << D, corner_key, g.corner, g.corner_w);
+  Touched corner(pts.ncorner, 1 << D, key, g.corner, g.corner_w);
   for (int c = 0; c < pts.ncorner; ++c) {
     int n = 0;
     const int on = owned[c] ? pts.carrier(c) : HANG_CORNERS;
     if (on == HANG_NODE || on == HANG_OWN) {
-      corner_key[corner.n] =
-          on == HANG_NODE ? key_node + pts.hang.begin(c)[0] : key_own + pts.corner_number(c);
+      key[corner.n] = on == HANG_NODE ? key_node + pts.hang.begin(c)[0] : key_own + pts.corner_number(c);
       g.corner_w[corner.n] = 1.0;
       n = 1;
     } else if (on == HANG_GRID) {
@@ -164,14 +161,23 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
         *worst = c;
         return OUTSIDE_GRID;
       }
-      n = cell_weights<D>(grid, pts.field[c], s, &corner_key[corner.n], &g.corner_w[corner.n]);
+      n = cell_weights<D>(grid, pts.field[c], s, &key[corner.n], &g.corner_w[corner.n]);
       // a corner on a cell face belongs to no single cell
       if (n == 1 << D) cell.push_back(cell_key(grid, D, pts.field[c], s.cell));
     }
     corner.next(n);
   }
   corner.end();
-  Touched bond(bonds.nbond, 1 << D, bond_key, g.bond, g.bond_w);
+  return STATUS_OK;
+}
+
+// The same for the bonds at xb;  worst: -1 - bond
+template <int D>
+Status touch_bonds(const Grid& grid, const Bonds& bonds, const GridShare& share, const RealVec& xb,
+                   std::vector<long>& key, ActiveGrid& g, int* worst)
+{
+  CellPosition s;
+  Touched bond(bonds.nbond, 1 << D, key, g.bond, g.bond_w);
   for (int b = 0; b < bonds.nbond; ++b) {
     int n = 0;
     if (bonds.field[b] >= 0 && share.has_bond(b)) {
@@ -179,11 +185,20 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
         *worst = -1 - b;
         return OUTSIDE_GRID;
       }
-      n = cell_weights<D>(grid, bonds.field[b], s, &bond_key[bond.n], &g.bond_w[bond.n]);
+      n = cell_weights<D>(grid, bonds.field[b], s, &key[bond.n], &g.bond_w[bond.n]);
     }
     bond.next(n);
   }
   bond.end();
+  return STATUS_OK;
+}
+
+// Cells under the centres of points whose corners are all carried by the grid
+template <int D>
+void touch_centres(const Grid& grid, const Points& pts, const GridShare& share, const RealVec& x,
+                   std::vector<long>& cell)
+{
+  CellPosition s;
   for (int p = 0; p < pts.npoint; ++p) {
     if (pts.released[p] || !share.has_point(p)) continue;
     double mid[D] = {};
@@ -199,6 +214,21 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
     const long key = cell_key(grid, D, pts.field[pts.conn.begin(p)[0]], s.cell);
     if (cell.empty() || cell.back() != key) cell.push_back(key);
   }
+}
+
+// 1. cells and nodes under every corner and bond: their keys, ascending; lists
+// and weights refer to these by index
+template <int D>
+Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share, const RealVec& uc,
+             const RealVec& xb, std::vector<long>& node, ActiveGrid& g, int* worst)
+{
+  std::vector<long> corner_key, bond_key, cell;
+  RealVec x(pts.Xc.size());
+  for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
+  Status status = touch_corners<D>(m.grid, pts, share, x, corner_key, cell, g, worst);
+  if (status == STATUS_OK) status = touch_bonds<D>(m.grid, bonds, share, xb, bond_key, g, worst);
+  if (status != STATUS_OK) return status;
+  touch_centres<D>(m.grid, pts, share, x, cell);
   KeyNumbers numbers;
   number_keys(cell, numbers);
   g.cell.swap(numbers.key);
