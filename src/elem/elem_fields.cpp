@@ -141,7 +141,8 @@ void cauchy_stress(const double* F, const double* S, double* sig)
   using V = VoigtIndex<3>;
   const double J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
                    F[2] * (F[3] * F[7] - F[4] * F[6]);
-  const double Sm[9] = {S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2]};
+  double Sm[9];
+  full_tensor<3>(S, Sm);
   for (int k = 0; k < 6; ++k) {
     double s = 0.0;
     for (int a = 0; a < 3; ++a)

@@ -60,9 +60,7 @@ using Mat3 = Eigen::Matrix3d;
 
 Mat3 plastic_metric(const double* a)                   // Cp^-1 of HISTORY_DEFORMATION
 {
-  Mat3 M;
-  M << 1 + a[0], a[3], a[5], a[3], 1 + a[1], a[4], a[5], a[4], 1 + a[2];
-  return M;
+  return full_tensor(a) + Mat3::Identity();
 }
 
 Mat3 matrix(const double* F) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(F); }
@@ -81,9 +79,7 @@ Mat3 total_gradient(const MatLaw& law, const IpFields& f, const double* h)
 {
   const Mat3 F = matrix(f.Fbar);
   if (law.initial < 0) return F;
-  const double* e = h + law.initial;
-  Mat3 E;
-  E << e[0], e[3], e[5], e[3], e[1], e[4], e[5], e[4], e[2];
+  const Mat3 E = full_tensor(h + law.initial);
   const Mat3 C = F.transpose() * F;
   const Eigen::SelfAdjointEigenSolver<Mat3> own(C), all(C + 2.0 * E);
   return F * own.operatorInverseSqrt() * all.operatorSqrt();

@@ -14,13 +14,6 @@ using Vec3 = Eigen::Vector3d;
 // half of its digits  (no test)
 const double EQUAL_STRETCH = 1e-6;
 
-Mat3 tensor(const double* a)
-{
-  Mat3 M;
-  full_tensor<3>(a, M.data());
-  return M;
-}
-
 void six(const Mat3& M, double* a)
 {
   a[0] = M(0, 0);
@@ -71,7 +64,7 @@ bool hencky_trial(const double* E, const double* h_n, HenckyTrial& t)
   t.LL = l + l.transpose() + l.transpose() * l;
   Mat3 X = t.LL;                                       // be - I
   if (std::any_of(h_n + FLOW_DEFORMATION, h_n + FLOW_DEFORMATION + 6, [](double x) { return x != 0.0; }))
-    X += t.L.transpose() * tensor(h_n + FLOW_DEFORMATION) * t.L;
+    X += t.L.transpose() * full_tensor(h_n + FLOW_DEFORMATION) * t.L;
   const Eigen::SelfAdjointEigenSolver<Mat3> spectrum(X);
   t.x = spectrum.eigenvalues();
   t.n = spectrum.eigenvectors();
@@ -85,8 +78,8 @@ void hencky_small(const double* E, const double* h_n, HenckyTrial& t)
 {
   t.finite = false;
   t.L.setIdentity();
-  t.LL = 2.0 * tensor(E);
-  const Eigen::SelfAdjointEigenSolver<Mat3> spectrum(t.LL + tensor(h_n + FLOW_DEFORMATION));
+  t.LL = 2.0 * full_tensor(E);
+  const Eigen::SelfAdjointEigenSolver<Mat3> spectrum(t.LL + full_tensor(h_n + FLOW_DEFORMATION));
   t.x = spectrum.eigenvalues();
   t.e = 0.5 * t.x;
   t.n = t.M = spectrum.eigenvectors();

@@ -32,13 +32,6 @@ Cohesion straight(double k, double k0, double f0, double k1, double f1, double w
   return {f, slope, work + 0.5 * (f0 + f) * (k - k0)};
 }
 
-Mat3 full_of(const double* S)
-{
-  Mat3 m;
-  full_tensor<3>(S, m.data());
-  return m;
-}
-
 // are all principal stresses below the limit? By the signs of the leading minors of S - limit
 bool all_below(const double* S, double limit)
 {
@@ -74,7 +67,7 @@ Vec3 normal_to(const Vec3& N)
 Vec3 direction_of(const double* S, double t)
 {
   const double SAME = 1e-10;           // of the largest row: below, two principal stresses are equal
-  Mat3 A = full_of(S);
+  Mat3 A = full_tensor(S);
   A.diagonal().array() -= t;
   Vec3 best = Vec3::Zero();
   int longest = 0;
@@ -97,7 +90,7 @@ void find_normal(const CrackLaw& c, const double* S, Opening& o)
     return;
   }
   o.N = direction_of(S, o.t);
-  o.t = o.N.dot(full_of(S) * o.N);
+  o.t = o.N.dot(full_tensor(S) * o.N);
 }
 
 // a principal axis of S normal to N
@@ -351,7 +344,7 @@ double line_share(const MatLaw& law, const double* S, const double* h, double* N
   const Eigen::Map<const Vec3> pn(crack_normal(law, h));
   const double p = pn.norm(), k = crack_opening(law, h), carries = cohesion(law.crack, k).f;
   if (p == 0.0 || carries == 0.0) return 0.0;
-  const Mat3 full = full_of(S);
+  const Mat3 full = full_tensor(S);
   const Vec3 n = pn / p, t = full * n;
   std::copy_n(n.data(), 3, N);
   if (n.dot(t) <= 0.0) return 0.0;
@@ -366,7 +359,7 @@ double crack_share(const MatLaw& law, const double* S, const double* h, double* 
   const double* first = first_crack(law, h);
   *k = first[CRACK_OPENING];
   if (first[CRACK_WIDTH] < 0.0) return line_share(law, S, h, N);
-  const Mat3 full = full_of(S);
+  const Mat3 full = full_tensor(S);
   Opening o;
   o.t = largest_stress(law.crack, S, -HUGE_VAL);
   find_normal(law.crack, S, o);
@@ -451,7 +444,7 @@ bool law_line(const MatLaw& law, const double* h_n, double* h_np1, bool tangent,
   o.p = pn.norm();
   if (o.p == 0.0) return true;                         // shut
   o.n = pn / o.p;
-  o.t = full_of(out.S) * o.n;
+  o.t = full_tensor(out.S) * o.n;
   o.beside = (law.lam3 + 2.0 * law.mu) / b;
   o.slide  = law.mu / b;
   o.closed = o.n.dot(o.t) <= 0.0;
@@ -491,7 +484,7 @@ bool crosses(const double* h, const Vec3& N)
 bool rests(const CrackLaw& c, const double* S, const Opening& o, double* h)
 {
   if (o.t > crack_strength(c)) return false;
-  const Mat3 full = full_of(S);
+  const Mat3 full = full_tensor(S);
   const Vec3 B = other_axis(c, full, o.N), C = o.N.cross(B);
   if (B.dot(full * B) > 0.0 || (c.dim == 3 && C.dot(full * C) > 0.0)) return false;
   Eigen::Map<Vec3> N(h + CRACK_NORMAL);
@@ -554,7 +547,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   for (int i = 0; i < 6; ++i) S[i] = out.S[i] - law.c * R[i];
   std::copy_n(out.D, 36, intact);
   if (c.tangent == CRACK_SECANT) soften_secant(law, o, out.D);
-  else soften(law, o, full_of(E), full_of(S), out.D);
+  else soften(law, o, full_tensor(E), full_tensor(S), out.D);
   for (int i = 0; i < 36; ++i) out.D[i] = law.c * intact[i] + part * out.D[i];
   return true;
 }

@@ -84,9 +84,7 @@ void principal_axes(const CrackLaw& c, const double* S, const double* h, Vec3* N
     if (r <= EQUAL * (std::fabs(S[0]) + std::fabs(S[1]))) turn(preferred(c, h, 0), N[0], N[1]);
     return;
   }
-  Mat3 full;
-  full_tensor<3>(S, full.data());
-  const Eigen::SelfAdjointEigenSolver<Mat3> of(full);
+  const Eigen::SelfAdjointEigenSolver<Mat3> of(full_tensor(S));
   const Vec3 t      = of.eigenvalues().reverse();
   const double same = EQUAL * t.cwiseAbs().maxCoeff();
   for (int i = 0; i < 3; ++i) N[i] = of.eigenvectors().col(2 - i);
@@ -126,8 +124,7 @@ Axes find_axes(const MatLaw& law, const double* S, const double* h)
   int order[3];
   principal_axes(c, S, h, N);
   follow_axes(h, a.n, N, order);
-  Mat3 full;
-  full_tensor<3>(S, full.data());
+  const Mat3 full = full_tensor(S);
   for (int i = 0; i < a.n; ++i) {
     Opening& o = a.o[i];
     o.N     = N[order[i]];

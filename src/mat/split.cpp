@@ -56,10 +56,8 @@ void principal(const double E[6], double e[3], double (*v)[3])
     std::copy(vectors[0], vectors[0] + 9, v[0]);
     return;
   }
-  Eigen::Matrix3d A;
-  A << E[0], E[3], E[5], E[3], E[1], E[4], E[5], E[4], E[2];
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
-      A, v ? Eigen::ComputeEigenvectors : Eigen::EigenvaluesOnly);
+      full_tensor(E), v ? Eigen::ComputeEigenvectors : Eigen::EigenvaluesOnly);
   for (int a = 0; a < 3; ++a) {
     e[a] = solver.eigenvalues()[a];
     for (int i = 0; i < 3 && v; ++i) v[a][i] = solver.eigenvectors()(i, a);
@@ -105,7 +103,8 @@ void add_rest(const MatLaw& law, const double E[6], double psi, const double S[6
 void split_rce(const MatLaw& law, const double E[6], const double N[3], SplitOut& o)
 {
   const double mu = law.mu, M = law.lam3 + 2.0 * mu, p = law.lam3 * (E[0] + E[1] + E[2]);
-  const double A[3][3] = {{E[0], E[3], E[5]}, {E[3], E[1], E[4]}, {E[5], E[4], E[2]}};
+  double A[3][3];
+  full_tensor<3>(E, A[0]);
   double tau[3], sn = 0.0, G[6];
   for (int i = 0; i < 3; ++i) {
     tau[i] = p * N[i] + 2.0 * mu * (A[i][0] * N[0] + A[i][1] * N[1] + A[i][2] * N[2]);

@@ -4,6 +4,8 @@
 #ifndef MPFE_MAT_VOIGT_H
 #define MPFE_MAT_VOIGT_H
 
+#include <Eigen/Core>
+
 template <int D>
 struct VoigtIndex {            // row and column of the nv components
   static constexpr int nv = D == 2 ? 3 : 6;
@@ -34,6 +36,13 @@ inline void full_tensor(const double* six, double* S)
 {
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) S[i * D + j] = six[six_at[i][j]];
+}
+
+inline Eigen::Matrix3d full_tensor(const double* six)
+{
+  Eigen::Matrix3d S;
+  full_tensor<3>(six, S.data());
+  return S;
 }
 
 // A : B of six tensor components

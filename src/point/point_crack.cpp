@@ -187,11 +187,8 @@ double crack_strain(const Model& m, const Points& pts, const PointLaws& law, con
   LawOutput out;
   const Eigen::Map<const Eigen::Vector3d> N(crack_normal(of, h));
   const double carries = crack_traction(of.crack, k);
-  if (carries > 0.0 && law_update(of, true, six, h, none, false, out)) {
-    Eigen::Matrix3d S;
-    full_tensor<3>(out.S, S.data());
-    return std::clamp(N.dot(S * N) / carries, 0.0, 1.0) * k / b;
-  }
+  if (carries > 0.0 && law_update(of, true, six, h, none, false, out))
+    return std::clamp(N.dot(full_tensor(out.S) * N) / carries, 0.0, 1.0) * k / b;
   // open: of the strain alone
   const double whole     = of.lam * E.trace() + 2.0 * of.mu * N.dot(E * N);
   return std::clamp(whole / (of.lam + 2.0 * of.mu), 0.0, k / b);
@@ -483,9 +480,7 @@ OpenCells open_cells(CellsOfPoints& of, const std::vector<CellSum>& cells, int p
 // the largest axis of a tensor of openings                                                    [3]
 Eigen::Vector3d mean_axis(const double* A)
 {
-  Eigen::Matrix3d full;
-  full << A[0], A[3], A[5], A[3], A[1], A[4], A[5], A[4], A[2];
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(full).eigenvectors().col(2);
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(full_tensor(A)).eigenvectors().col(2);
 }
 
 // Width of what opens of the cells along the mean normal of their cracks: the mean over the cells by their

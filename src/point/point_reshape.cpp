@@ -45,12 +45,10 @@ void part_group(int dim, int p, Points& pts, const RealVec& uc, int field, size_
 // Cp^-1 - I such that the stretch U has the elastic strain of F before: F Cp^-1 F^T
 void keep_elastic(const Mat3& before, const Vec3& U, double* flow)
 {
-  Mat3 Cp;
-  full_tensor<3>(flow, Cp.data());
   const Mat3 F  = U.cwiseInverse().asDiagonal() * before;
-  const Mat3 be = F * (Cp + Mat3::Identity()) * F.transpose() - Mat3::Identity();
-  const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
-  for (int i = 0; i < 6; ++i) flow[i] = be(row[i], col[i]);
+  const Mat3 be = F * (full_tensor(flow) + Mat3::Identity()) * F.transpose() - Mat3::Identity();
+  using V = VoigtIndex<3>;
+  for (int i = 0; i < 6; ++i) flow[i] = be(V::row[i], V::col[i]);
 }
 
 // the room of a domain at x along each axis: the grid, and the planes that *GRID BOUNDARY holds across
