@@ -29,6 +29,14 @@ void crack_stress(const MatLaw& law, const Eigen::Vector3d& N, const Eigen::Vect
 void crack_subtract(const MatLaw& law, const Eigen::Vector3d& N, const Eigen::Vector3d& a, double share,
                     double* D);
 
+// crack_turn : turns the axes first and second of equal strain in their plane, the first towards a; false,
+// unchanged: a is normal to both
+bool crack_turn(const Eigen::Vector3d& a, Eigen::Ref<Eigen::Vector3d> first,
+                Eigen::Ref<Eigen::Vector3d> second);
+
+// crack_store : writes a crack into its history [CRACK_SIZE]; returns the place of the next one
+double* crack_store(const Eigen::Vector3d& N, double width, double k, double* h);
+
 // One of several cracks of a point at the end of an increment
 struct CrackBand {
   Eigen::Vector3d N;           // normal at t = 0

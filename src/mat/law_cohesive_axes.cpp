@@ -54,16 +54,6 @@ double opening_at(const double* h, int i) { return crack_at(h, i)[CRACK_OPENING]
 
 // ---- axes ----------------------------------------------------------------------------------------------
 
-// turns two axes of equal stress in their plane, the first towards a
-void turn(const Vec3& a, Vec3& first, Vec3& second)
-{
-  const double x = a.dot(first), y = a.dot(second), size = std::hypot(x, y);
-  if (size == 0.0) return;
-  const Vec3 to = (x * first + y * second) / size;
-  second = (x * second - y * first) / size;
-  first  = to;
-}
-
 // the direction that axes of equal stress take: a remembered axis, or the first edge of the element
 Vec3 preferred(const CrackLaw& c, const double* h, int i)
 {
@@ -81,7 +71,7 @@ void principal_axes(const CrackLaw& c, const double* S, const double* h, Vec3* N
     const double angle = 0.5 * std::atan2(S[3], half);
     N[0] = Vec3(std::cos(angle), std::sin(angle), 0.0);
     N[1] = Vec3(-N[0][1], N[0][0], 0.0);
-    if (r <= EQUAL * (std::fabs(S[0]) + std::fabs(S[1]))) turn(preferred(c, h, 0), N[0], N[1]);
+    if (r <= EQUAL * (std::fabs(S[0]) + std::fabs(S[1]))) crack_turn(preferred(c, h, 0), N[0], N[1]);
     return;
   }
   const Eigen::SelfAdjointEigenSolver<Mat3> of(full_tensor(S));
@@ -93,12 +83,12 @@ void principal_axes(const CrackLaw& c, const double* S, const double* h, Vec3* N
     N[0] = preferred(c, h, 0);
     N[1] = N[0].unitOrthogonal();
     N[2] = N[0].cross(N[1]);
-    turn(preferred(c, h, 1), N[1], N[2]);
+    crack_turn(preferred(c, h, 1), N[1], N[2]);
   } else if (first || last) {
     Vec3 &A = first ? N[0] : N[1], &B = first ? N[1] : N[2];
     const Vec3 a = preferred(c, h, 0), b = preferred(c, h, 1);
     const auto within = [&](const Vec3& of_axis) { return std::hypot(of_axis.dot(A), of_axis.dot(B)); };
-    turn(within(a) >= within(b) ? a : b, A, B);
+    crack_turn(within(a) >= within(b) ? a : b, A, B);
   }
 }
 
@@ -288,17 +278,29 @@ void release(const MatLaw& law, const Axes& a, double part, double* S)
 // open cracks first: those of t(n), which come first, stay open
 void keep(const Axes& a, double* h)
 {
-  double* crack = h;
-  for (int i = 0; i < a.n; ++i) {
-    if (a.o[i].k == 0.0) continue;
-    std::copy_n(a.o[i].N.data(), 3, crack + CRACK_NORMAL);
-    crack[CRACK_WIDTH]   = a.o[i].width;
-    crack[CRACK_OPENING] = a.o[i].k;
-    crack += CRACK_SIZE;
-  }
+  for (int i = 0; i < a.n; ++i)
+    if (a.o[i].k > 0.0) h = crack_store(a.o[i].N, a.o[i].width, a.o[i].k, h);
 }
 
 }  // namespace
+
+bool crack_turn(const Vec3& a, Eigen::Ref<Vec3> first, Eigen::Ref<Vec3> second)
+{
+  const double x = a.dot(first), y = a.dot(second), size = std::hypot(x, y);
+  if (size == 0.0) return false;
+  const Vec3 to = (x * first + y * second) / size;
+  second = (x * second - y * first) / size;
+  first  = to;
+  return true;
+}
+
+double* crack_store(const Vec3& N, double width, double k, double* h)
+{
+  std::copy_n(N.data(), 3, h + CRACK_NORMAL);
+  h[CRACK_WIDTH]   = width;
+  h[CRACK_OPENING] = k;
+  return h + CRACK_SIZE;
+}
 
 bool crack_next_widths(const CrackLaw& c, int n, CrackBand* band)
 {

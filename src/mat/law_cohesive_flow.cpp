@@ -327,12 +327,8 @@ bool same_strain(const HenckyTrial& t, int i, int j)
 // turns two axes of equal strain in their plane, the first towards a
 void turn_axes(const Vec3& a, int first, int second, HenckyTrial& t)
 {
-  const Vec3 A = t.n.col(first), B = t.n.col(second);
-  const double x = a.dot(A), y = a.dot(B), size = std::hypot(x, y);
-  if (size == 0.0) return;
-  t.n.col(first)  = (x * A + y * B) / size;
-  t.n.col(second) = (x * B - y * A) / size;
-  t.M = t.L.transpose().triangularView<Eigen::Upper>().solve(t.n);
+  if (crack_turn(a, t.n.col(first), t.n.col(second)))
+    t.M = t.L.transpose().triangularView<Eigen::Upper>().solve(t.n);
 }
 
 // gives each crack of t(n) the axis that is nearest to its normal, which moves with the material; axes of
@@ -490,11 +486,8 @@ void keep_cracks(const HenckyTrial& t, const Cracked& c, int axes, double* h)
   for (int i = 1; i < axes; ++i) largest = std::max(largest, c.stress(i));
   if (c.n == 1 && !c.opens() && largest <= 0.0) return;
   for (int i = 0; i < c.n; ++i) {
-    if (c.crack[i].k == 0.0) continue;
-    Eigen::Map<Vec3>(to + CRACK_NORMAL) = normal_of(t, c.crack[i].axis);
-    to[CRACK_WIDTH]   = c.crack[i].width;
-    to[CRACK_OPENING] = c.crack[i].k;
-    to += CRACK_SIZE;
+    const AxisCrack& o = c.crack[i];
+    if (o.k > 0.0) to = crack_store(normal_of(t, o.axis), o.width, o.k, to);
   }
 }
 
