@@ -57,10 +57,11 @@ void add_message(Deck& d, bool warning, const Field& at, const std::string& text
   m.warning = warning;
   m.file = at.file;
   m.line = at.line;
-  m.text = d.file[at.file].path + text_format(" line %d", deck_line_number(d, at.file, at.line));
+  m.text = d.file[at.file].path;
+  if (at.line > 0) m.text += text_format(" line %d", deck_line_number(d, at.file, at.line));
   if (!d.word.empty()) m.text += ", *" + d.word;
   if (at.number > 0) m.text += text_format(", field %d", at.number);
-  m.text += "\n" + echo(d, at) + "  " + text + "  (" + page(d.word) + ")";
+  m.text += "\n" + (at.line > 0 ? echo(d, at) : "") + "  " + text + "  (" + page(d.word) + ")";
   // the same line may be checked in each step
   if (!d.messages.texts.insert(std::hash<std::string>()(m.text + (warning ? "w" : "e"))).second) return;
   m.kind = kind_of(d, warning, at, text);

@@ -285,9 +285,7 @@ bool deck_open(Deck& d, const std::string& path, const Field* from)
       f.path = path;
       d.file.push_back(f);
     }
-    Field at = from ? *from : Field();
-    if (!from) at.line = 1;
-    deck_error(d, at, "file " + text_show(path) + " is not read: " + reason);
+    deck_error(d, from ? *from : Field(), "file " + text_show(path) + " is not read: " + reason);
     return false;
   }
   Reading r;

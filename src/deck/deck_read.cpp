@@ -207,11 +207,10 @@ void set_defines(Deck& d, const std::vector<std::pair<std::string, double>>& def
 
 void warn_unused_defines(Deck& d)
 {
-  Field at;
-  at.line = 1;
   d.word = "PARAMETER";
   for (const auto& def : d.params.define)
-    if (!d.params.used.count(def.first)) deck_warn(d, at, "-D " + def.first + " is not used in this deck");
+    if (!d.params.used.count(def.first))
+      deck_warn(d, Field(), "-D " + def.first + " is not used in this deck");
 }
 
 void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std::string, double>>& defines,
