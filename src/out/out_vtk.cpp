@@ -10,27 +10,9 @@ namespace {
 
 const char* const kind_name[VTK_KINDS] = {"fe", "mp", "bond", "grid"};
 
-struct CellFields {            // one value per cell
-  RealVec stress[6], mises, energy, det, plastic, opening;
-  explicit CellFields(std::size_t n)                 // reserves memory
-  {
-    for (RealVec& x : stress) x.reserve(n);
-    for (RealVec* x : {&mises, &energy, &det, &plastic, &opening}) x->reserve(n);
-  }
-};
-
-void add_fields(CellFields& c, const double sig[6], double energy, double det, double plastic, double opening)
+double det_F(const IpFields& f)
 {
-  for (int k = 0; k < 6; ++k) c.stress[k].push_back(sig[k]);
-  c.mises.push_back(mises_stress(sig));
-  c.energy.push_back(energy);
-  c.det.push_back(det);
-  c.plastic.push_back(plastic);
-  c.opening.push_back(opening);
-}
-
-double det_F(const double F[9])
-{
+  const double* F = f.F;
   return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
          F[2] * (F[3] * F[7] - F[4] * F[6]);
 }
@@ -50,15 +32,49 @@ bool opens(const Model& m)
                      [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; });
 }
 
-void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic, bool opening)
+bool in_space(const Model& m) { return m.dim == 3; }
+
+// Fields of elements and points, in the order of the file; after the stress SMISES
+struct CellField {
+  const char* word;
+  double (*value)(const IpFields& f);
+  bool (*shown)(const Model& m);       // null: always
+};
+
+const CellField cell_field[] = {
+    {"S11", [](const IpFields& f) { return f.sig[0]; }, nullptr},
+    {"S22", [](const IpFields& f) { return f.sig[1]; }, nullptr},
+    {"S33", [](const IpFields& f) { return f.sig[2]; }, nullptr},
+    {"S12", [](const IpFields& f) { return f.sig[3]; }, nullptr},
+    {"S23", [](const IpFields& f) { return f.sig[4]; }, in_space},
+    {"S31", [](const IpFields& f) { return f.sig[5]; }, in_space},
+    {"ENER", [](const IpFields& f) { return f.psi; }, nullptr},
+    {"J", det_F, nullptr},
+    {"PEEQ", [](const IpFields& f) { return f.plastic; }, yields},
+    {"CRACKW", [](const IpFields& f) { return f.opening; }, opens},
+};
+const int LAST_STRESS = 5, CELL_FIELDS = sizeof cell_field / sizeof *cell_field;
+
+struct CellFields {            // one value per cell
+  RealVec of[CELL_FIELDS], mises;
+  explicit CellFields(std::size_t n)                 // reserves memory
+  {
+    for (RealVec& x : of) x.reserve(n);
+    mises.reserve(n);
+  }
+  void add(const double* value)
+  {
+    for (int k = 0; k < CELL_FIELDS; ++k) of[k].push_back(value[k]);
+    mises.push_back(mises_stress(value));
+  }
+};
+
+void write_fields(VtkFile& f, const Model& m, const CellFields& c)
 {
-  const char* const name[6] = {"S11", "S22", "S33", "S12", "S23", "S31"};
-  for (int k = 0; k < (dim == 3 ? 6 : 4); ++k) vtk_scalars(f, name[k], c.stress[k]);
-  vtk_scalars(f, "SMISES", c.mises);
-  vtk_scalars(f, "ENER", c.energy);
-  vtk_scalars(f, "J", c.det);
-  if (plastic) vtk_scalars(f, "PEEQ", c.plastic);
-  if (opening) vtk_scalars(f, "CRACKW", c.opening);
+  for (int k = 0; k < CELL_FIELDS; ++k) {
+    if (!cell_field[k].shown || cell_field[k].shown(m)) vtk_scalars(f, cell_field[k].word, c.of[k]);
+    if (k == LAST_STRESS) vtk_scalars(f, "SMISES", c.mises);
+  }
 }
 
 // a divided model has a .vtu per rank, independent of the deck, and a .pvtu that refers to them
@@ -169,19 +185,14 @@ CellFields element_fields(const Model& m, const Elements& el, const State& s, co
   CellFields cell(fe.elem.size());
   IpFields f;
   for (int e : fe.elem) {
-    double sig[6] = {0, 0, 0, 0, 0, 0}, energy = 0.0, det = 0.0, plastic = 0.0, opening = 0.0,
-           volume = 0.0;
+    double mean[CELL_FIELDS] = {}, volume = 0.0;
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
       elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
-      for (int k = 0; k < 6; ++k) sig[k] += f.V0 * f.sig[k];
-      energy += f.V0 * f.psi;
-      det    += f.V0 * det_F(f.F);
-      plastic += f.V0 * f.plastic;
-      opening += f.V0 * f.opening;
+      for (int k = 0; k < CELL_FIELDS; ++k) mean[k] += f.V0 * cell_field[k].value(f);
       volume += f.V0;
     }
-    for (double& k : sig) k /= volume;
-    add_fields(cell, sig, energy / volume, det / volume, plastic / volume, opening / volume);
+    for (double& k : mean) k /= volume;
+    cell.add(mean);
   }
   return cell;
 }
@@ -212,7 +223,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
   vtk_vectors(f, "reaction", picked(fe.node, m.dim, s.rf), m.dim);
   vtk_labels(f, "node_label", picked(fe.node, 1, m.mesh.node_label));
   vtk_cell_data(f, fe.conn.size());
-  write_fields(f, element_fields(m, el, s, fe), m.dim, yields(m), opens(m));
+  write_fields(f, m, element_fields(m, el, s, fe));
   vtk_labels(f, "label", picked(fe.elem, 1, m.mesh.elem_label));
   IntVec material;
   for (int e : fe.elem) material.push_back(material_of(m, e));
@@ -284,7 +295,9 @@ CellFields point_fields(const Model& m, const State& s, const IntVec& list)
   IpFields ip;
   for (int p : list) {
     point_ip_fields(m, s.points, s.n, p, ip);
-    add_fields(cell, ip.sig, ip.psi, det_F(ip.F), ip.plastic, ip.opening);
+    double value[CELL_FIELDS];
+    for (int k = 0; k < CELL_FIELDS; ++k) value[k] = cell_field[k].value(ip);
+    cell.add(value);
   }
   return cell;
 }
@@ -303,7 +316,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   vtk_vectors(f, "displacement", picked(shown.corner, m.dim, s.n.uc), m.dim);
   vtk_cell_data(f, static_cast<int>(list.size()));
   vtk_vectors(f, "velocity", picked(list, m.dim, point_velocities(pts, m.dim, s.n.vc)), m.dim);
-  write_fields(f, point_fields(m, s, list), m.dim, yields(m), opens(m));
+  write_fields(f, m, point_fields(m, s, list));
   IntVec body;
   for (int p : list) body.push_back(pts.body[p] + 1);
   vtk_labels(f, "body", body);
