@@ -2,56 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 #include <utility>
 
-#include "deck/deck_state.h"
+#include "deck/deck_check.h"
 
 namespace {
 
-struct Box { double lo[3], hi[3]; };
-
 const char* const in_axis[3] = {" in x", " in y", " in z"};
 
-Box empty_box()
+BoundingBox body_box(const Model& m, const Body& body)
 {
-  const double big = std::numeric_limits<double>::max();
-  return Box{{big, big, big}, {-big, -big, -big}};
-}
-
-void grow(Box& b, const double* x)
-{
-  for (int i = 0; i < 3; ++i) {
-    b.lo[i] = std::min(b.lo[i], x[i]);
-    b.hi[i] = std::max(b.hi[i], x[i]);
+  BoundingBox b;
+  if (body.fill != FILL_ELSET) {
+    std::copy_n(body.lo.data(), 3, b.lo);
+    std::copy_n(body.hi.data(), 3, b.hi);
+  } else if (body.elset >= 0) {
+    for (int e : m.elset[body.elset].item) deck_box_element(b, m.mesh, e);
   }
-}
-
-const double* node_X(const Model& m, int n) { return &m.mesh.X[3 * static_cast<std::size_t>(n)]; }
-
-void grow_by_element(Box& b, const Model& m, int e)
-{
-  for (int a = 0; a < m.mesh.conn.count(e); ++a) grow(b, node_X(m, m.mesh.conn.begin(e)[a]));
-}
-
-Box body_box(const Model& m, const Body& body)
-{
-  if (body.fill != FILL_ELSET)
-    return Box{{body.lo[0], body.lo[1], body.lo[2]}, {body.hi[0], body.hi[1], body.hi[2]}};
-  Box b = empty_box();
-  if (body.elset >= 0)
-    for (int e : m.elset[body.elset].item) grow_by_element(b, m, e);
   return b;
-}
-
-DeckLine element_line(const Deck& d, int e)
-{
-  DeckLine p;
-  p.file = d.file[d.labels.elem_spot[e].file].path;
-  p.line = d.labels.elem_spot[e].line;
-  return p;
 }
 
 DeckLine last_line(const Deck& d)
@@ -63,201 +33,6 @@ DeckLine last_line(const Deck& d)
 }
 
 const char* bond_word(const BondDef& bond) { return bond.kind == BOND_CONTACT ? "CONTACT PAIR" : "BOND"; }
-
-// ---- mesh -----------------------------------------------------------------
-
-// corner a of an element: twice the signed area, or six times the signed volume, spanned by its edges
-double corner(const Model& m, Shape shape, const int* node, int a)
-{
-  const int dim = shape_info[shape].dim, *to = shape_info[shape].edge[a];
-  double r[3][3];
-  for (int j = 0; j < 3; ++j)
-    for (int i = 0; i < 3; ++i) r[j][i] = node_X(m, node[to[j]])[i] - node_X(m, node[a])[i];
-  const double z = r[0][0] * r[1][1] - r[0][1] * r[1][0];
-  if (dim == 2) return z;
-  return (r[0][1] * r[1][2] - r[0][2] * r[1][1]) * r[2][0] +
-         (r[0][2] * r[1][0] - r[0][0] * r[1][2]) * r[2][1] + z * r[2][2];
-}
-
-// node labels in the reversed order
-std::string reversed_nodes(const Model& m, Shape shape, const int* node)
-{
-  std::string text;
-  for (int a = 0; a < shape_info[shape].nen; ++a)
-    text += text_format(" %d", m.mesh.node_label[node[shape_info[shape].mirror[a]]]);
-  return text;
-}
-
-// keyword that created an element
-const char* keyword_of(const Deck& d, int e)
-{
-  const Spot& spot       = d.labels.elem_spot[e];
-  const std::string line = text_upper(deck_line_text(d, spot.file, spot.line));
-  return line.find("*BLOCK") != std::string::npos      ? "BLOCK"
-         : line.find("*CYLINDER") != std::string::npos ? "CYLINDER"
-                                                       : "ELEMENT";
-}
-
-// midside nodes of a quadratic element must lie near the middle of their edges
-void check_middles(Deck& d, const Model& m, int e)
-{
-  const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
-  const int* node   = m.mesh.conn.begin(e);
-  for (int a = shape_info[shape_info[shape].linear].nen; a < shape_info[shape].nen; ++a) {
-    int end[2];
-    shape_edge(shape, a, end);
-    const double *x = node_X(m, node[end[0]]), *y = node_X(m, node[end[1]]),
-                 *z = node_X(m, node[a]);
-    double off = 0.0, length = 0.0;
-    for (int i = 0; i < m.dim; ++i) {
-      off    = std::hypot(off, z[i] - 0.5 * (x[i] + y[i]));
-      length = std::hypot(length, y[i] - x[i]);
-    }
-    if (off <= 0.4 * length) continue;
-    const auto label = [&](int k) { return m.mesh.node_label[node[k]]; };
-    return fault(d, "ELEMENT", element_line(d, e), "",
-                 text_format("node %d of element %d must lie near the middle of its edge from node %d to "
-                             "node %d, but is ",
-                             label(a), m.mesh.elem_label[e], label(end[0]), label(end[1])) +
-                     text_number(off) + " away; check the order of the nodes (*ELEMENT)");
-  }
-}
-
-// Checks an element by its corners; quadratic ones are also checked at the Gauss points (elem_setup)
-void check_element(Deck& d, const Model& m, int e)
-{
-  const int* node = m.mesh.conn.begin(e);
-  const int label = m.mesh.elem_label[e];
-  const bool quadratic = elem_quadratic(m.mesh.elem_type[e]);
-  const Shape shape = shape_info[elem_table[m.mesh.elem_type[e]].shape].linear;
-  const int n = shape_info[shape].nen;
-  const int dim = shape_info[shape].dim;
-  Box b = empty_box();
-  grow_by_element(b, m, e);
-  const double size = (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]) + (b.hi[2] - b.lo[2]),
-               zero = 1e-12 * std::pow(size, dim);
-  int positive = 0, negative = 0, worst = 0;
-  for (int a = 0; a < n; ++a) {
-    const double part = corner(m, shape, node, a);
-    if (part > zero) ++positive;
-    else worst = a;
-    if (part < -zero) ++negative;
-  }
-  if (quadratic && negative < n && positive + negative > 0) return check_middles(d, m, e);
-  if (positive == n) return;
-  std::string text;
-  if (negative == n) {
-    text = text_format(dim == 3 ? "element %d is inside out; write its nodes in this order:"
-                                : "the nodes of element %d run clockwise; write them counter-clockwise:",
-                       label) +
-           reversed_nodes(m, shape, node) + (quadratic ? " (corners), midside nodes accordingly" : "") +
-           (dim == 2 && std::string(keyword_of(d, e)) == "ELEMENT"
-                ? ". In gmsh ReverseMesh Surface {n}; turns the elements of surface n, tools/msh2inp all"
-                : "");
-  } else if (positive + negative == 0) {
-    text = text_format(dim == 3 ? "element %d has no volume; its nodes are coplanar or coincide"
-                                : "element %d has no area; its nodes are collinear or coincide",
-                       label);
-  } else if (dim == 3) {
-    text = text_format("element %d is folded at node %d: its edges there span no positive volume; check the "
-                       "order of the nodes",
-                       label, m.mesh.node_label[node[worst]]);
-  } else {
-    text = text_format(
-        "element %d is not convex at node %d: the angle is 180 degrees or more; check the order of the nodes",
-        label, m.mesh.node_label[node[worst]]);
-  }
-  fault(d, keyword_of(d, e), element_line(d, e), "", text);
-}
-
-}  // namespace
-
-void deck_check_element(Deck& d, const Model& m, int e) { check_element(d, m, e); }
-
-namespace {
-
-void check_elements(Deck& d, const Model& m)
-{
-  const int limit = d.messages.errors + 100;
-  for (int e = 0; e < m.mesh.nelem() && d.messages.errors < limit; ++e) check_element(d, m, e);
-}
-
-void check_sets(Deck& d, const Model& m)
-{
-  for (const Set& s : m.nset)
-    if (s.item.empty())
-      fault(d, "NSET", s.deck_line, s.name, "node set " + s.name + " is empty; give it nodes or remove it");
-  for (const Set& s : m.elset)
-    if (s.item.empty())
-      fault(d, "ELSET", s.deck_line, s.name,
-            "element set " + s.name + " is empty; give it elements or remove it");
-  for (const Surface& s : m.surface)
-    if (s.face.empty() && s.body < 0)
-      fault(d, "SURFACE", s.deck_line, s.name, "surface " + s.name + " is empty; give it faces or remove it");
-}
-
-std::string quadratic_text(const Model& m, int e)
-{
-  return std::string("quadratic elements (") + elem_table[m.mesh.elem_type[e]].name +
-         text_format(", element %d)", m.mesh.elem_label[e]);
-}
-
-int first_quadratic(const Model& m, const IntVec& elem)
-{
-  for (int e : elem)
-    if (elem_quadratic(m.mesh.elem_type[e])) return e;
-  return -1;
-}
-
-// Quadratic elements cannot have a lumped mass
-void check_quadratic(Deck& d, const Model& m)
-{
-  for (const Section& s : m.section) {
-    const int e = s.lumped && s.elset >= 0 ? first_quadratic(m, m.elset[s.elset].item) : -1;
-    if (e >= 0)
-      fault(d, "SOLID SECTION", s.deck_line, "LUMPED",
-            quadratic_text(m, e) + " have no lumped mass: row sums are negative at corner nodes; "
-                                   "leave out MASS=LUMPED");
-  }
-}
-
-// body of each element that becomes points, -1: remains an element
-IntVec body_of_elements(Deck& d, const Model& m)
-{
-  IntVec body(m.mesh.nelem(), -1);
-  for (std::size_t b = 0; b < m.body.size(); ++b) {
-    if (m.body[b].elset < 0) continue;
-    bool shared = false, section = false;
-    for (int e : m.elset[m.body[b].elset].item) {
-      shared  = shared || body[e] >= 0;
-      section = section || m.mesh.elem_section[e] >= 0;
-      body[e] = static_cast<int>(b);
-    }
-    const std::string word = m.elset[m.body[b].elset].name;
-    if (section)
-      fault(d, "MATERIAL POINTS", m.body[b].deck_line, word,
-            "elements of " + word +
-                " have a *SOLID SECTION; they become material points and must not have one");
-    if (shared)
-      fault(d, "MATERIAL POINTS", m.body[b].deck_line, word,
-            "elements of " + word + " belong to another body as well; an element fills one body");
-  }
-  return body;
-}
-
-void check_sections(Deck& d, const Model& m, const IntVec& body)
-{
-  int missing = 0, first = -1;
-  for (int e = 0; e < m.mesh.nelem(); ++e) {
-    if (m.mesh.elem_section[e] >= 0 || body[e] >= 0) continue;
-    if (missing++ == 0) first = e;
-  }
-  if (missing == 0) return;
-  fault(d, "SOLID SECTION", element_line(d, first), "",
-        text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, "
-                    "ELSET=..., MATERIAL=...",
-                    missing, m.mesh.elem_label[first]));
-}
 
 // ---- materials ------------------------------------------------------------
 
@@ -471,56 +246,12 @@ void check_fragments(Deck& d, const Model& m)
                 "; write *DENSITY after *MATERIAL");
 }
 
-// *STATIC, RIKS: needs loads with one common factor, and a cohesive crack to control its opening
-void check_arc(Deck& d, const Model& m, const Step& s)
-{
-  if (!s.arc.on) return;
-  const auto refuse = [&](const DeckLine& at, const std::string& text) {
-    fault(d, "STATIC", at, "RIKS", text);
-  };
-  const auto varies = [](const Expr& value, int amplitude) { return amplitude >= 0 || !value.is_const(); };
-  if (&s != &m.step.back()) refuse(s.deck_line, "the step with *STATIC, RIKS must be the last one");
-  if (std::none_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& f) {
-        return f.criterion == CRITERION_COHESIVE && f.body < 0;
-      }))
-    refuse(s.deck_line, "*STATIC, RIKS requires cohesive cracks in finite elements: write *EIGENFRACTURE, "
-                    "CRITERION=COHESIVE, or leave out RIKS");
-  for (const FractureDef& f : m.fracture)
-    if (f.body >= 0)
-      refuse(s.deck_line, "*STATIC, RIKS does not control cracks of material points: leave out RIKS, or "
-                          "*EIGENFRACTURE, BODY=" + m.body[f.body].name);
-  for (const Load& l : s.load) {
-    if (!l.of_position && varies(l.value, l.amplitude))
-      refuse(l.deck_line, "*STATIC, RIKS computes the factor of the loads: give a number without AMPLITUDE");
-    if (s.nlgeom && l.kind == LOAD_PRESSURE)
-      refuse(l.deck_line, "a follower pressure (NLGEOM) cannot be combined with *STATIC, RIKS");
-  }
-  for (const Prescribed& b : s.prescribed)
-    if (varies(b.value, b.amplitude))
-      refuse(b.deck_line, "*STATIC, RIKS computes the factor of the displacements: give a number without "
-                      "AMPLITUDE");
-}
-
-void check_gravity(Deck& d, const Model& m, const Step& s)
-{
-  const auto has_density = [&](int material) { return material < 0 || m.material[material].density > 0.0; };
-  for (const Load& l : s.load) {
-    if (!l.per_mass) continue;
-    bool good = true;
-    for (int e : l.elem) good = good && has_density(model_material(m, e));
-    for (int b : l.body) good = good && has_density(m.body[b].material);
-    if (!good && s.proc == PROC_STATIC)
-      fault(d, "DENSITY", l.deck_line, "GRAV",
-            "gravity needs the density of the material; write *DENSITY after *MATERIAL");
-  }
-}
-
 // ---- material points ------------------------------------------------------
 
 void check_body_box(Deck& d, const Model& m, const Body& body)
 {
   const Grid& g = m.grid;
-  const Box b = body_box(m, body);
+  const BoundingBox b = body_box(m, body);
   for (int i = 0; i < m.dim; ++i) {
     const double hi = g.lo[i] + g.n[i] * g.h[i], tol = 1e-9 * (hi - g.lo[i]);
     if (b.lo[i] > b.hi[i] || (b.lo[i] >= g.lo[i] - tol && b.hi[i] <= hi + tol)) continue;
@@ -773,13 +504,13 @@ void check_contact_faces(Deck& d, const Model& m, const BondDef& bond)
 void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
 {
   if (bond.kind != BOND_MESH_GRID || bond.surface < 0 || bond.body < 0 || !m.grid.given) return;
-  Box s = empty_box();
+  BoundingBox s;
   for (const Face& f : m.surface[bond.surface].face) {
     const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
     for (int a = 0; a < info.nfnode[f.face]; ++a)
-      grow(s, node_X(m, m.mesh.conn.begin(f.elem)[info.face[f.face][a]]));
+      box_take(s, deck_node_X(m, m.mesh.conn.begin(f.elem)[info.face[f.face][a]]));
   }
-  const Box b = body_box(m, m.body[bond.body]);
+  const BoundingBox b = body_box(m, m.body[bond.body]);
   for (int i = 0; i < m.dim; ++i) {
     const double gap = std::max(s.lo[i] - b.hi[i], b.lo[i] - s.hi[i]);
     if (s.lo[i] > s.hi[i] || b.lo[i] > b.hi[i] || gap <= m.grid.h[i]) continue;
@@ -787,145 +518,6 @@ void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
                 "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + in_axis[i] +
                     " away from body " + m.body[bond.body].name +
                     ", more than a cell of the grid; is it the right surface?");
-  }
-}
-
-// ---- steps ----------------------------------------------------------------
-
-// warns of loads on prescribed dofs, which have no effect
-void check_loaded_supports(Deck& d, const Model& m, const Step& s)
-{
-  std::vector<char> fixed(3 * m.mesh.node_label.size(), 0);
-  for (const Prescribed& b : s.prescribed)
-    for (int n : b.node)
-      for (int i = b.first; i <= b.last; ++i) fixed[3 * static_cast<std::size_t>(n) + i] = 1;
-  for (const Load& l : s.load) {
-    if (l.kind != LOAD_NODE || l.ramp == RAMP_OUT) continue;
-    for (int n : l.node)
-      if (fixed[3 * static_cast<std::size_t>(n) + l.dof]) {
-        warn(d, "CLOAD", l.deck_line, "",
-             text_format(
-                 "direction %d of node %d is prescribed and loaded; the load has no effect on the motion",
-                 l.dof + 1, m.mesh.node_label[n]));
-        break;
-      }
-  }
-}
-
-enum NodeUse { USE_NONE, USE_BODY, USE_ELEMENT };      // nodes of equations count as nodes of elements
-
-// [nelem] 1: *MODEL CHANGE, REMOVE
-IntVec removed_elements(const Model& m)
-{
-  IntVec removed(m.mesh.nelem(), 0);
-  for (const BrokenDef& b : m.broken)
-    for (int e : b.elem) removed[e] = removed[e] || b.remove;
-  return removed;
-}
-
-std::vector<char> node_use(const Model& m, const IntVec& body, const IntVec& removed)
-{
-  std::vector<char> use(m.mesh.node_label.size(), USE_NONE);
-  for (int e = 0; e < m.mesh.nelem(); ++e)
-    for (int a = 0; a < m.mesh.conn.count(e) && !removed[e]; ++a) {
-      char& u = use[m.mesh.conn.begin(e)[a]];
-      u = std::max<char>(u, body[e] < 0 ? USE_ELEMENT : USE_BODY);
-    }
-  for (const Equation& e : m.equation)
-    for (const EquationTerm& t : e.term)
-      if (use[t.node] == USE_NONE) use[t.node] = USE_ELEMENT;
-  return use;
-}
-
-// loads and supports must act on nodes of elements
-//   in   ever   of elements that are there in some step: supports on these are no mistake
-void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vector<char>& use,
-                        const std::vector<char>& ever)
-{
-  for (const Load& l : s.load)
-    for (int n : l.node) {
-      if (use[n] == USE_ELEMENT) continue;
-      const std::string text = use[n] == USE_NONE
-                                   ? " is loaded but belongs to no element; remove it from the set"
-                                   : " becomes a corner of material points; load the body by "
-                                     "*SURFACE, TYPE=BODY and *DSLOAD";
-      fault(d, "CLOAD", l.deck_line, "", text_format("node %d", m.mesh.node_label[n]) + text);
-      break;
-    }
-  for (const Prescribed& b : s.prescribed)
-    for (int n : b.node) {
-      if (use[n] == USE_ELEMENT || ever[n] == USE_ELEMENT) continue;
-      if (use[n] == USE_BODY)
-        fault(d, "BOUNDARY", b.deck_line, "",
-              text_format("node %d becomes a corner of material points; fix it by *GRID BOUNDARY or *BOND, "
-                          "TYPE=GROUND",
-                          m.mesh.node_label[n]));
-      else
-        warn(d, "BOUNDARY", b.deck_line, "",
-             text_format("node %d is prescribed but belongs to no element; it has no effect",
-                         m.mesh.node_label[n]));
-      break;
-    }
-}
-
-void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& body)
-{
-  for (const Load& l : s.load) {
-    if (l.surface < 0) continue;
-    const std::vector<Face>& face = m.surface[l.surface].face;
-    for (const Face& f : face) {
-      if (body[f.elem] < 0) continue;
-      fault(
-          d, l.keyword.c_str(), l.deck_line, "",
-          text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD",
-                      m.mesh.elem_label[f.elem]));
-      break;
-    }
-  }
-}
-
-// a load on faces of removed elements has no effect
-void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& removed)
-{
-  for (const Load& l : s.load) {
-    if (l.surface < 0 || l.ramp == RAMP_OUT) continue;
-    const std::vector<Face>& face = m.surface[l.surface].face;
-    const auto removed_faces = std::count_if(face.begin(), face.end(),
-                                             [&](const Face& f) { return removed[f.elem] != 0; });
-    if (removed_faces == 0) continue;
-    const std::string text = text_format(
-        "%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
-        static_cast<int>(removed_faces), static_cast<int>(face.size()));
-    if (removed_faces == static_cast<long>(face.size()))
-      fault(d, l.keyword.c_str(), l.deck_line, "", text + "; load the remaining faces");
-    else warn(d, l.keyword.c_str(), l.deck_line, "", text);
-  }
-}
-
-//   in   read_well   nodes that lines with errors would give an element are no further errors
-void check_steps(Deck& d, const Model& m, const IntVec& body, bool read_well)
-{
-  const IntVec removed = removed_elements(m);
-  IntVec gone = removed;       // when the step acts
-  IntVec never = gone;
-  for (const Step& s : m.step)
-    for (const ModelChange& c : s.change)
-      for (int e : c.elem) never[e] = never[e] && !c.add;
-  const std::vector<char> ever = node_use(m, body, never);
-  std::vector<char> use = node_use(m, body, gone);
-  for (const Step& s : m.step) {
-    for (const ModelChange& c : s.change)
-      for (int e : c.elem) gone[e] = !c.add;
-    if (!s.change.empty()) use = node_use(m, body, gone);
-    if (!m.body.empty() && !s.nlgeom)
-      fault(d, "STEP", s.deck_line, "STEP",
-            "material points move through a grid and need large displacements; write *STEP, NLGEOM");
-    check_gravity(d, m, s);
-    check_arc(d, m, s);
-    check_loaded_supports(d, m, s);
-    if (read_well) check_acting_nodes(d, m, s, use, ever);
-    check_acting_faces(d, m, s, body);
-    check_removed_faces(d, m, s, removed);
   }
 }
 
@@ -945,17 +537,17 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   if (m.mesh.nelem() == 0 && m.body.empty())
     fault(d, "ELEMENT", last_line(d), "",
           "the deck has neither elements nor material points; write *ELEMENT, *BLOCK or *MATERIAL POINTS");
-  const IntVec removed = removed_elements(m);
+  const IntVec removed = deck_removed_elements(m);
   if (!removed.empty() && m.body.empty() && std::count(removed.begin(), removed.end(), 0) == 0)
     fault(d, "MODEL CHANGE", m.broken.front().deck_line, "",
           "all elements are removed; nothing is left to solve");
   if (m.step.empty())
     fault(d, "STEP", last_line(d), "", "the deck has no step; write *STEP, *STATIC or *DYNAMIC, *END STEP");
-  check_sets(d, m);
-  check_sections(d, m, body);
+  deck_check_sets(d, m);
+  deck_check_sections(d, m, body);
   check_materials(d, m);
   check_law_elements(d, m);
-  check_quadratic(d, m);
+  deck_check_lumped(d, m);
   check_locking(d, m);
   check_initial(d, m);
   check_fragments(d, m);
@@ -975,11 +567,11 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
 void deck_check(Deck& d, Model& m)
 {
   const bool read_well = d.messages.errors == 0;
-  check_elements(d, m);
-  const IntVec body = body_of_elements(d, m);
+  deck_check_elements(d, m);
+  const IntVec body = deck_body_of_elements(d, m);
   if (read_well) check_missing(d, m, body);
   if (read_well) deck_changes(d, m, body);
-  check_steps(d, m, body, read_well);
+  deck_check_steps(d, m, body, read_well);
   check_equations(d, m);
   for (const BondDef& b : m.bond) {
     check_bond_faces(d, m, b, body);

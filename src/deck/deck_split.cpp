@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "deck/deck_state.h"
+#include "deck/deck_check.h"
 #include "shape/shape.h"
 
 namespace {

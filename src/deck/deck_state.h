@@ -12,12 +12,13 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/box_tree.h"
 #include "base/hash.h"
 #include "model/model.h"
 
 struct Field {                 // a word of the deck with its position
   std::string text;            // trimmed, without quotes, <...> replaced by its value
-  int file = 0, line = 0;      // index into Deck::file, 1-based line
+  int file = 0, line = 0;      // index into Deck::file, 1-based line; 0: the whole file
   int column = 0, length = 0;  // in the original line, 0-based
   int number = 0;              // 1-based field of a data line; 0: not in a data line
   bool quoted = false;
@@ -293,7 +294,6 @@ void frame_resolve(Deck& d, Model& m);
 
 // ---- quadratic elements that need to be linear (deck_split.cpp)
 void deck_split(Deck& d, Model& m);
-void deck_check_element(Deck& d, const Model& m, int e);   // its form (deck_check.cpp)
 
 // ---- tied surfaces (deck_tie.cpp)
 void tie_resolve(Deck& d, Model& m);
@@ -315,6 +315,8 @@ void deck_inherit(Deck& d, Model& m);
 // ---- after reading ---------------------------------------------------------
 void deck_run_later(Deck& d, Model& m, Stage stage);
 void deck_resolve(Deck& d, Model& m);                      // sections, schemes, loads on bodies
+void deck_box_element(BoundingBox& b, const Mesh& mesh, int e);      // enlarges b (deck_check_mesh.cpp)
+void deck_joints(Deck& d, Model& m);                       // initial cracks that touch only by nodes
 // creates bodies and bonds of *CONVERSION (deck_fracture.cpp)
 void deck_fracture(Deck& d, Model& m);
 void deck_check(Deck& d, Model& m);
