@@ -139,21 +139,6 @@ std::string size_fault(const FractureDef& f, const Material& mat, double size, c
          text_number(mat.young * f.gc / (f.ft * f.ft)) + "); " + mend + ", or lower ft";
 }
 
-// does *EIGENFRACTURE have TRACK=? Its lines are continued after a comma
-bool track_given(const Deck& d, const DeckLine& deck_line)
-{
-  const Field first = deck_field(d, deck_line, "");
-  for (int line = first.line;; ++line) {
-    const std::string text = text_upper(deck_line_text(d, first.file, line));
-    for (std::size_t word = 0; (word = text.find("TRACK", word)) != std::string::npos; word += 5) {
-      const std::size_t after = text.find_first_not_of(" \t", word + 5);
-      if (after != std::string::npos && text[after] == '=') return true;
-    }
-    const std::size_t last = text.find_last_not_of(" \t\r");
-    if (last == std::string::npos || text[last] != ',') return false;
-  }
-}
-
 // why no crack of the definition can grow along a line; empty: they can
 //   in   given   TRACK=YES is in the deck: in steps with RIKS too
 std::string track_fault(const Model& m, const FractureDef& f, bool given)
@@ -191,7 +176,7 @@ void choose_track(Deck& d, Model& m)
 {
   for (FractureDef& f : m.fracture) {
     if (!f.track || f.elset < 0) continue;
-    const bool given = track_given(d, f.deck_line);
+    const bool given = d.tracked.count(static_cast<int>(&f - m.fracture.data())) > 0;
     const std::string fault = track_fault(m, f, given);
     if (!fault.empty()) {
       f.track = false;

@@ -178,6 +178,7 @@ struct Deck {
   std::string word;            // keyword being read or checked, for messages
   std::map<std::string, int> passed;               // ignored keywords and their counts
   std::string parts;           // instances of *PART, for the listing
+  std::set<int> tracked;       // *EIGENFRACTURE with TRACK=
 
   std::uint64_t hash[2] = {hash_start, hash_start};  // of the lines read so far: outside steps, in steps
   bool hashing = false;        // the open card enters the hash

@@ -143,6 +143,7 @@ void kw_eigenfracture(Card& card, Model& model)
   if (f.criterion == CRITERION_COHESIVE) f.ft = card_real(card, "ft", above(0.0));
   card_end(card);
   const std::size_t i = model.fracture.size();
+  if (card_param(card, "TRACK")) card.deck->tracked.insert(static_cast<int>(i));
   model.fracture.push_back(f);
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
     if (!elset.empty()) m.fracture[i].elset = target_elset(d, m, elset);
