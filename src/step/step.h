@@ -219,6 +219,15 @@ struct Start {
   bool guesses = false;          // there is a guess; a rank may have no rows
 };
 
+// Data of an explicit attempt                                                     (6.28), (6.29)
+struct Leap {
+  RealVec acc;                 // acceleration at t(n+1) [neq]
+  bool plain  = false;         // no ties, no dampers: v and a of nodes are written to st.np1
+  double work = 0.0;           // plain: work of loads and supports over the increment
+  double friction  = 0.0;      // energy that friction on planes of the grid takes
+  double leap_grid = 0.0;      // Ledger::leap_grid at t(n+1), of this rank
+};
+
 // Data of one attempt of an increment                                              (6.1)
 //   residual  R = fint + cM M du + cC C du - g - fext
 struct Attempt {
@@ -239,13 +248,9 @@ struct Attempt {
   // [neq] Newmark, supports that move: M a + C v + fint - fext at t(n); else empty
   RealVec before{};
   RealVec du{};                  // [neq]
-  RealVec acc{};               // explicit: acceleration at t(n+1) [neq]
-  double work = 0.0;             // plain: work of loads and supports over the increment
-  RealVec* energy = nullptr;     // explicit: [nelem] energy of intact elements, if fracture is tested
-  bool plain = false;            // explicit, no ties, no dampers: v and a of nodes are written to st.np1
   BulkStep bulk{};               // bulk viscosity
-  double friction = 0.0;         // explicit: energy that friction on planes of the grid takes
-  double leap_grid = 0.0;        // explicit: Ledger::leap_grid at t(n+1), of this rank
+  RealVec* energy = nullptr;     // explicit: [nelem] energy of intact elements, if fracture is tested
+  Leap leap{};
   Jumps jumps{};               // of du
   Start start{};
   Arc arc{};

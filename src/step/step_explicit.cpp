@@ -109,12 +109,12 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
 Failure accelerations_at_end(Problem& p, Attempt& a, const RealVec& f)
 {
   const Dofs& s = p.dofs;
-  if (s.bound.tie.rigid.empty()) return step_accelerations(p, f, 0.5 * a.dt, a.acc);
+  if (s.bound.tie.rigid.empty()) return step_accelerations(p, f, 0.5 * a.dt, a.leap.acc);
   rigid_arms(p.m, p.st.np1.u, p.dofs.bound.tie);
   RealVec v(s.rows.neq());
   for (int i = 0; i < s.rows.neq(); ++i)
     v[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.rate[i] : a.vgrid[i] + a.dt * a.agrid[i];
-  return step_accelerations_turning(p, p.st.np1.u, v, f, 0.5 * a.dt, a.acc);
+  return step_accelerations_turning(p, p.st.np1.u, v, f, 0.5 * a.dt, a.leap.acc);
 }
 
 // adds (f - Ma) / lumped to the accelerations of the rows of the grid: with r = f - M a the sum of
@@ -185,7 +185,7 @@ bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt
       if (s.rows.counts(dof)) work += 0.5 * load * du[dof] + gain;
     }
   }
-  a.work = work;
+  a.leap.work = work;
   return std::isfinite(sum);
 }
 
@@ -196,11 +196,11 @@ bool sum_work(Problem& p, bool finite, Attempt& a)
 {
   Timer timer(PHASE_COMMIT);
   State& st     = p.st;
-  double sum[4] = {finite ? 0.0 : 1.0, a.work, 0.0, a.leap_grid};
+  double sum[4] = {finite ? 0.0 : 1.0, a.leap.work, 0.0, a.leap.leap_grid};
   if (p.d.fm.on && finite)
     sum[2] = frac_degraded(p.m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
   comm_sum(sum, 4);
-  a.work = sum[1];
+  a.leap.work = sum[1];
   st.ledger.fracture += sum[2];
   st.ledger.leap_grid = sum[3];
   return sum[0] == 0.0;
@@ -274,7 +274,7 @@ double work_of_planes(const Dofs& s, const Attempt& a, const RealVec& f, const R
   const int first = s.rows.nfe * s.rows.dim;
   RealVec mean(s.rows.neq(), 0.0), Ma;
   for (int i = first; i < s.rows.neq(); ++i)
-    mean[i] = s.bound.fixed[i] == DOF_FREE ? 0.5 * (a.agrid[i] + a.acc[i]) : a.acc[i];
+    mean[i] = s.bound.fixed[i] == DOF_FREE ? 0.5 * (a.agrid[i] + a.leap.acc[i]) : a.leap.acc[i];
   multiply_grid(s, mean, Ma);
   double work = 0.0;
   for (int i = first; i < s.rows.neq(); ++i) {
@@ -343,32 +343,32 @@ Failure accelerate_grid(Problem& p, Attempt& a)
   RealVec f, Ma;
   const Borrowed borrowed(p.newton.spare, {&f, &Ma});
   clear_grid(s, f);
-  clear_grid(s, a.acc);
+  clear_grid(s, a.leap.acc);
   for (int i = first; i < s.rows.neq(); ++i) {
     f[i]     = a.fext[i] - a.fint[i];
-    a.acc[i] = s.bound.fixed[i] == DOF_FIXED ? (s.bound.rate[i] - a.vgrid[i]) / a.dt : a.agrid[i];
+    a.leap.acc[i] = s.bound.fixed[i] == DOF_FIXED ? (s.bound.rate[i] - a.vgrid[i]) / a.dt : a.agrid[i];
   }
   {
     Timer timer(PHASE_PROJECT);
     const std::vector<char> begun(s.rows.nrow, 1);       // initial guess: acceleration at t(n)
-    if (mass_project(s, begun, f, a.acc) < 0) return MASS_FAILED;
-    multiply_grid(s, a.acc, Ma);
-    add_residual(s, f, Ma, a.acc);
+    if (mass_project(s, begun, f, a.leap.acc) < 0) return MASS_FAILED;
+    multiply_grid(s, a.leap.acc, Ma);
+    add_residual(s, f, Ma, a.leap.acc);
   }
   const auto fixed = s.bound.fixed.begin() + first;
   const bool bound  = !dof_all(s, std::find(fixed, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end());
-  if (bound) multiply_grid(s, a.acc, Ma);
+  if (bound) multiply_grid(s, a.leap.acc, Ma);
   double sum = 0.0, work = 0.0;
   for (int i = first; i < s.rows.neq(); ++i) {
     if (s.bound.fixed[i] == DOF_FIXED) a.R[i] = Ma[i] - f[i];
-    sum += a.acc[i];
+    sum += a.leap.acc[i];
     if (s.rows.counts(i)) work += 0.5 * (a.fext0[i] + a.fext[i]) * a.du[i];
   }
-  a.work += bound ? work + work_of_grid(p, a, f) : work;
-  if (bound && !dof_all(s, still_planes(s, a.acc))) {
-    a.leap_grid = leap_of_free(s, a.acc);
+  a.leap.work += bound ? work + work_of_grid(p, a, f) : work;
+  if (bound && !dof_all(s, still_planes(s, a.leap.acc))) {
+    a.leap.leap_grid = leap_of_free(s, a.leap.acc);
   } else {
-    a.leap_grid = leap_of_grid(s, a.acc, f);         // f = M a
+    a.leap.leap_grid = leap_of_grid(s, a.leap.acc, f);         // f = M a
   }
   return dof_all(s, std::isfinite(sum)) ? Status(STATUS_OK) : BAD_NUMBER;
 }
@@ -401,19 +401,19 @@ bool reactions(const Problem& p, const RealVec& f, Attempt& a)
 {
   const Dofs& s     = p.dofs;
   const bool lumped = !step_on_grid(p.d, s);
-  const double sum  = std::accumulate(a.acc.begin(), a.acc.end(), 0.0);
+  const double sum  = std::accumulate(a.leap.acc.begin(), a.leap.acc.end(), 0.0);
   if (!dof_all(s, std::isfinite(sum))) return false;
   if (s.bound.free && !s.bound.tie.any && s.bound.corner_support.empty()) {
     a.R.assign(s.rows.neq(), 0.0);
     return true;
   }
-  if (lumped) a.R = a.acc;
-  else mass_multiply(s, a.acc, a.R);
+  if (lumped) a.R = a.leap.acc;
+  else mass_multiply(s, a.leap.acc, a.R);
   for (int i = 0; i < s.rows.neq(); ++i)
     a.R[i] = (lumped ? s.mass.lumped[i / s.rows.dim] : 1.0) * a.R[i] - f[i];
   if (!s.mass.damped) return true;
   RealVec Ca;                  // f has the damping of the mid-increment velocity
-  damping_multiply(s, a.acc, Ca);
+  damping_multiply(s, a.leap.acc, Ca);
   for (int i = 0; i < s.rows.neq(); ++i) a.R[i] += 0.5 * a.dt * Ca[i];
   return true;
 }
@@ -436,20 +436,20 @@ Failure step_explicit(Problem& p, Attempt& a)
     a.mode.bulk = &a.bulk;
   }
   const bool on_grid = step_on_grid(p.d, s);
-  a.plain = !s.bound.tie.any && !s.mass.damped && !step_grid_rubs(p.m);
+  a.leap.plain = !s.bound.tie.any && !s.mass.damped && !step_grid_rubs(p.m);
   if (!on_grid)                          // memory of earlier increments
-    for (RealVec* x : {&a.vgrid, &a.agrid, &a.acc}) x->clear();
+    for (RealVec* x : {&a.vgrid, &a.agrid, &a.leap.acc}) x->clear();
   // 1. velocity and acceleration at t(n)
   rigid_arms(p.m, p.st.n.u, p.dofs.bound.tie);
   Failure failure = step_turn(p);
-  if (failure.ok() && (on_grid || !a.plain)) failure = step_motion_begin(p, a);
+  if (failure.ok() && (on_grid || !a.leap.plain)) failure = step_motion_begin(p, a);
   if (!failure.ok()) return failure;
   if (!on_grid && p.st.ledger.leap_grid != 0.0) {      // its last point is gone
     ledger_leap(s, 0.0, p.st);
     p.st.ledger.leap_grid = 0.0;
   }
   ledger_leap(s, a.dt, p.st);
-  if (a.plain) return explicit_nodes(p, a);
+  if (a.leap.plain) return explicit_nodes(p, a);
   RealVec f;
   // 2. displacement, by the mid-increment velocity                                           (6.28)
   for (int i = 0; i < s.rows.neq(); ++i)
@@ -460,21 +460,21 @@ Failure step_explicit(Problem& p, Attempt& a)
   // 3. forces at t(n+1) and the acceleration                                                 (6.29)
   failure = form_forces(p, a, f);
   if (!failure.ok()) return failure;
-  a.acc = a.agrid;
+  a.leap.acc = a.agrid;
   for (int i = 0; i < s.rows.neq(); ++i)
-    if (s.bound.fixed[i] == DOF_FIXED) a.acc[i] = (s.bound.rate[i] - a.vgrid[i]) / a.dt;
+    if (s.bound.fixed[i] == DOF_FIXED) a.leap.acc[i] = (s.bound.rate[i] - a.vgrid[i]) / a.dt;
   failure = accelerations_at_end(p, a, f);
   if (!failure.ok()) return failure;
   if (step_grid_rubs(p.m)) {
     RealVec v(a.vgrid);
     for (int i = 0; i < s.rows.neq(); ++i) v[i] += 0.5 * a.dt * a.agrid[i];
-    a.friction = a.dt * step_grid_friction(p, f, v, a.dt, a.acc);
+    a.leap.friction = a.dt * step_grid_friction(p, f, v, a.dt, a.leap.acc);
   }
   // 4. reactions: the residual, as in an implicit increment
   if (!reactions(p, f, a)) return BAD_NUMBER;
   tie_force(s, a.R);
-  if (on_grid) a.work = work_of_grid(p, a, f);
-  p.st.ledger.leap_grid = on_grid ? step_leap_of_grid(p, a.acc) : 0.0;
+  if (on_grid) a.leap.work = work_of_grid(p, a, f);
+  p.st.ledger.leap_grid = on_grid ? step_leap_of_grid(p, a.leap.acc) : 0.0;
   p.st.log.iterations = 1;
   assem_share_bonds(p.st, p.m.dim, a.jumps);
   return STATUS_OK;

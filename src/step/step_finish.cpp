@@ -134,8 +134,8 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
   for (int i = first * dim; i < dofs.rows.neq(); ++i) {
     if (dofs.bound.fixed[i])
       dv[i] = dofs.bound.rate[i] - a.vgrid[i];
-    else if (!a.acc.empty())
-      dv[i] = 0.5 * a.dt * (a.agrid[i] + a.acc[i]);
+    else if (!a.leap.acc.empty())
+      dv[i] = 0.5 * a.dt * (a.agrid[i] + a.leap.acc[i]);
     else
       dv[i] = scheme.grid(s, a.dt, a.du[i], a.vgrid[i], scheme.acceleration ? a.agrid[i] : 0.0);
   }
@@ -166,8 +166,8 @@ void keep_velocity(const Dofs& s, long made, int increment, const Attempt& a, co
   after.v.resize(s.rows.neq() - first);
   after.a.clear();
   after.f.clear();
-  if (!a.acc.empty()) {
-    after.a.assign(a.acc.begin() + first, a.acc.end());
+  if (!a.leap.acc.empty()) {
+    after.a.assign(a.leap.acc.begin() + first, a.leap.acc.end());
     for (int i = first; i < s.rows.neq(); ++i) after.f.push_back(a.fext[i] - a.fint[i]);
   }
   for (int i = first; i < s.rows.neq(); ++i) after.v[i - first] = s.bound.fixed[i] ? s.bound.rate[i] : v[i] +
@@ -180,8 +180,8 @@ void keep_velocity(const Dofs& s, long made, int increment, const Attempt& a, co
 void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv,
                        GridVelocity* after)
 {
-  if (a.plain) followed_nodes(grid, dofs, st, dv);
-  else finish_nodes(dofs, a, a.du, a.acc, st, dv);
+  if (a.leap.plain) followed_nodes(grid, dofs, st, dv);
+  else finish_nodes(dofs, a, a.du, a.leap.acc, st, dv);
   if (st.points.npoint_all()) finish_grid(dofs, a, dv);
   if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a, dv, *after);
   if (st.points.npoint_all()) assem_gather_corners(grid, dofs, dv, st.n.vc, st.np1.vc);
@@ -242,7 +242,7 @@ void finish_followers(const IntVec& follow, const Attempt& a, int dim, State& st
 }
 
 // work of loads and moved supports over the step, of this rank                      (6.12)
-// explicit: planes of the grid have theirs in Attempt::work
+// explicit: planes of the grid have theirs in Leap::work
 //   in   R0   [neq] statics: residual at t(n)
 double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0, const RealVec& R0)
 {
@@ -476,14 +476,14 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   State& st      = p.st;
   const bool leaps  = a.step.explicit_steps();
   RealVec rf0;
-  const bool mean = !a.plain && !a.mode.mid;         // work by the mean of the forces at both ends
+  const bool mean = !a.leap.plain && !a.mode.mid;         // work by the mean of the forces at both ends
   if (mean) rf0 = st.rf;
   if (mean && rf0.empty()) rf0.assign(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0);
-  const bool moves = !a.plain || st.points.npoint_all() > 0;       // velocities are to be set here
+  const bool moves = !a.leap.plain || st.points.npoint_all() > 0;       // velocities are to be set here
   RealVec dv;                  // change of the velocities of the unknowns
   const std::vector<RealVec*> none, own = {&dv};
-  const Borrowed borrowed(p.newton.spare, a.plain ? own : none);
-  if (moves && a.plain) dv.resize(s.rows.neq());     // finish_velocities sets the rows that are read
+  const Borrowed borrowed(p.newton.spare, a.leap.plain ? own : none);
+  if (moves && a.leap.plain) dv.resize(s.rows.neq());     // finish_velocities sets the rows that are read
   else dv.assign(moves ? s.rows.neq() : 0, 0.0);
   st.np1.time = a.total1;
   if (st.points.part.window)
@@ -505,7 +505,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   // 2. dissipation of ghosts and damping                                            (3.17), (6.21)
   finish_ghosts(m, p.d.grid, s, a, dv, st.ledger);
   finish_damping(m, p.d, s, a, dv, st);
-  st.ledger.friction += a.friction;
+  st.ledger.friction += a.leap.friction;
   // 3. results
   finish_followers(p.d.follow, a, m.dim, st);
   finish_reactions(m, s, a.R, st, leaps && p.d.fm.on ? &p.stable.rf : nullptr);
@@ -513,11 +513,11 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
   RealVec R0;
   if (a.cM == 0.0) R0 = step_residual_at_start(p, a);
-  double work = a.plain ? a.work : external_work(s, a, rf0, R0);
-  if (!a.plain && leaps) work += inertia_of_supports(s, a, st) + a.work;
+  double work = a.leap.plain ? a.leap.work : external_work(s, a, rf0, R0);
+  if (!a.leap.plain && leaps) work += inertia_of_supports(s, a, st) + a.leap.work;
   const double supports = a.cM == 0.0 || leaps ? 0.0 : energy_of_supports(p.d.grid, s, a, st, dv);
   if (a.cM == 0.0) step_settle(p, a, rf0, R0);
-  if (!a.plain) book_release(p, a, leaps, work);     // else: by step_explicit
+  if (!a.leap.plain) book_release(p, a, leaps, work);     // else: by step_explicit
   if (leaps) {                 // energies: when they are output (run_step), or for a fracture test
     if (a.step.bulk()) finish_bulk(a, st);
   } else {

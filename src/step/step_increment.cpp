@@ -295,7 +295,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   std::vector<RealVec*> vectors;
   if (s.proc == PROC_DYNAMIC && !s.explicit_steps())
     vectors = {&a.g, &a.momentum, &a.vgrid, &a.fint, &a.fext, &a.du};
-  if (s.explicit_steps()) vectors = {&a.vgrid, &a.agrid, &a.acc};
+  if (s.explicit_steps()) vectors = {&a.vgrid, &a.agrid, &a.leap.acc};
   const Borrowed borrowed(p.newton.spare, vectors);
   Failure failure = begin_attempt(p, s, a, energy);
   if (failure.status == BAD_VALUE) return failure;

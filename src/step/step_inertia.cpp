@@ -393,7 +393,7 @@ Failure step_motion_begin(Problem& p, Attempt& a)
   Failure failure;
   const bool known = projection_known(p.st, p.d, s, before);
   const bool has = known && dof_all(s, before.a.size() == before.v.size());  // a rank may have no row
-  if (has && a.plain) {        // nodes: explicit_nodes; their rows are not read
+  if (has && a.leap.plain) {        // nodes: explicit_nodes; their rows are not read
     timer_skip(PHASE_PROJECT);
     const auto at = static_cast<long>(before.first) * s.rows.dim;
     a.vgrid.resize(s.rows.neq());
