@@ -470,6 +470,83 @@ void report_iteration(StepLog& log, int it, const Residual& b, double energy, do
   out_listing_iteration(log.step, log.inc, it, b.free_norm, b.scale, energy, part);
 }
 
+// Data of the iterations
+struct Iterations {
+  Residual b;
+  LinearSystem l;
+  Secants secants;
+  Descent descent;
+  RealVec trial, pending;
+  double guessed = 0.0;        // energy of the guess
+  bool linear    = false;      // R of the predictor is that of the kept tangent
+  double least   = 1e300;      // norm of R so far
+  int stale      = 0;          // iterations since least
+  explicit Iterations(ReusedTangent& t) : l(t) {}
+};
+
+// One iteration
+struct Correction {
+  int it;
+  bool reached;                // prescribed dofs have reached their targets
+  double before;               // norm of R
+  double accepted;             // norm of R that is accepted
+  double advance = 0.0;        // RIKS: of the load time
+  double g0      = 0.0;        // dx R at free dofs
+};
+
+// Is the predictor the solution? Loads below the round-off floor are solved for once; without loads the floor
+// ends the iterations
+bool predictor_solves(const Problem& p, const Attempt& a, const Correction& c, const Iterations& n)
+{
+  if (c.it > 1 || !c.reached || n.guessed != 0.0 || n.linear || a.arc.on) return false;
+  const bool still = n.b.external == 0.0;
+  return a.start.predicted == 0.0 ? converged(p, a, n.b, n.l, still, false)
+                                  : still && by_rounding(p, a, n.b, n.l);
+}
+
+// 3. solve
+Failure find_correction(Problem& p, Attempt& a, Correction& c, Iterations& n)
+{
+  LinearSystem& l = n.l;
+  Failure failure = step_solve(p, a, c.it, c.before, c.accepted, n.pending, l);
+  if (!failure.ok()) return failure;
+  const bool follows = a.cM == 0.0 && !a.arc.on && assem_has_followers(a.step);
+  const bool near    = c.it >= FOLLOWS_FROM && n.b.free_norm < FOLLOWS_BELOW * n.b.scale;
+  const bool secant  = a.newton.unsymmetric_flow || (follows && near);
+  if (secant && c.reached) step_secant(n.secants, a.du, dof_own(p.dofs, l.diag), l.dx);
+  if (a.mode.crack == CRACK_SECANT && c.reached)
+    for (double& x : l.dx) x *= RELAXATION;
+  if (a.arc.on) failure = follow_arc(p, a, c.it, c.before, c.accepted, l, c.advance);
+  if (!failure.ok()) return failure;
+  const bool whole = c.reached && !a.arc.on && !secant && a.mode.crack != CRACK_SECANT && !a.newton.slips;
+  c.g0 = first_slope(p.dofs, n.b.R, whole, l);
+  return c.it == 1 && n.guessed > 0.0 && std::fabs(c.g0) > n.guessed ? NOT_CONVERGED   // bad guess (6.14)
+                                                                     : STATUS_OK;
+}
+
+// 4. correct                                                                         (6.6)
+//   out   part   of the correction
+Failure take_correction(Problem& p, Attempt& a, const Correction& c, Iterations& n, double& part)
+{
+  const bool search = a.step.ctl.line_search && c.reached && !a.arc.on && n.stale >= a.newton.patience;
+  Failure failure = correct(p, a, n.l.dx, c.g0, search, n.trial, n.b, part);
+  if (failure.ok() && a.arc.on && part < 1.0) failure = BAD_JACOBIAN;
+  if (!failure.ok() || !a.newton.opens) return failure;
+  // RIKS: the first residual belongs to the last load
+  const bool judged = c.reached && (c.it > 1 || !a.arc.on);
+  failure = descend(p, a, judged ? c.before : 0.0, c.advance, n.trial, n.descent, n.b);
+  if (n.descent.next >= MANY_ITERATIONS && !a.start.guesses)
+    keep_open(p.d.el, p.st);                         // a failed guess leaves t(n) as it is
+  return failure;
+}
+
+Failure accept_solution(Problem& p, Attempt& a, const Residual& b)
+{
+  a.R = b.R;
+  assem_share_bonds(p.st, p.m.dim, a.jumps);
+  return STATUS_OK;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -480,77 +557,39 @@ Failure step_newton(Problem& p, Attempt& a)
   const Dofs& s = p.dofs;
   StepLog& log  = p.st.log;
   TimerAround timer(PHASE_VECTORS);
-  Residual b;
-  LinearSystem l(p.newton.tangent);
-  Secants secants;
-  const bool follows = a.cM == 0.0 && !a.arc.on && assem_has_followers(a.step);
-  Descent descent;
-  double least = 1e300;        // norm of R so far
-  int stale    = 0;            // iterations since least
-  RealVec trial, pending(dof_all_free(s) && !a.newton.slips ? 0 : s.rows.neq());
-  const Borrowed borrowed(p.newton.spare, {&b.R, &b.inertia, &b.Mdu, &l.f, &l.dx, &trial});
-  trial.resize(s.rows.neq());
+  Iterations n(p.newton.tangent);
+  Residual& b = n.b;
+  n.pending.resize(dof_all_free(s) && !a.newton.slips ? 0 : s.rows.neq());
+  const Borrowed borrowed(p.newton.spare, {&b.R, &b.inertia, &b.Mdu, &n.l.f, &n.l.dx, &n.trial});
+  n.trial.resize(s.rows.neq());
   a.mode.crack = a.arc.on ? CRACK_ONWARD : CRACK_TANGENT;
   // 1. predictor or guess
-  double guessed  = 0.0;       // energy of the guess
-  bool linear = false;         // R of the predictor is that of the kept tangent
-  Failure failure = begin_residual(p, a, b, guessed, linear);
+  Failure failure = begin_residual(p, a, b, n.guessed, n.linear);
   if (!failure.ok()) return failure;
-  l.energy = std::sqrt(guessed + a.start.predicted);
+  n.l.energy = std::sqrt(n.guessed + a.start.predicted);
   report_iteration(log, 0, b, 0.0, 0.0);
   for (int it = 1; it <= a.newton.max_iter; ++it) {
     // 2. tangent, prescribed dofs                                                  (6.2)
-    const bool reached = find_pending(s, a.du, pending);
+    Correction c{it, find_pending(s, a.du, n.pending), b.free_norm, 0.0};
     // the inertia of the predictor is large
-    const double scale    = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;
-    const double accepted = a.step.ctl.tol_force * scale, before = b.free_norm;
-    step_tangent(p, a, it, before, accepted, b.R, pending, l);
-    // loads below the round-off floor are solved for once; without loads the floor ends the iterations
-    const bool still = b.external == 0.0;
-    if (it == 1 && reached && guessed == 0.0 && !linear && !a.arc.on &&
-        (a.start.predicted == 0.0 ? converged(p, a, b, l, still, false) : still && by_rounding(p, a, b, l))) {
-      a.R = b.R;                                     // the predictor is the solution
-      assem_share_bonds(p.st, p.m.dim, a.jumps);
-      return STATUS_OK;
-    }
-    // 3. solve
-    failure = step_solve(p, a, it, before, accepted, pending, l);
-    if (!failure.ok()) return failure;
-    const bool near   = it >= FOLLOWS_FROM && b.free_norm < FOLLOWS_BELOW * b.scale;
-    const bool secant = a.newton.unsymmetric_flow || (follows && near);
-    if (secant && reached) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
-    if (a.mode.crack == CRACK_SECANT && reached)
-      for (double& x : l.dx) x *= RELAXATION;
-    double advance = 0.0;
-    if (a.arc.on) failure = follow_arc(p, a, it, before, accepted, l, advance);
-    if (!failure.ok()) return failure;
-    const bool whole = reached && !a.arc.on && !secant && a.mode.crack != CRACK_SECANT && !a.newton.slips;
-    const double g0 = first_slope(s, b.R, whole, l);
-    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // bad guess (6.14)
-    // 4. correct                                                                   (6.6)
+    const double scale = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;
+    c.accepted = a.step.ctl.tol_force * scale;
+    step_tangent(p, a, it, c.before, c.accepted, b.R, n.pending, n.l);
+    if (predictor_solves(p, a, c, n)) return accept_solution(p, a, b);
+    // 3., 4. solve, correct                                                        (6.6)
     double part = 1.0;
-    const bool search = a.step.ctl.line_search && reached && !a.arc.on && stale >= a.newton.patience;
-    failure = correct(p, a, l.dx, g0, search, trial, b, part);
-    if (failure.ok() && a.arc.on && part < 1.0) failure = BAD_JACOBIAN;
+    failure = find_correction(p, a, c, n);
+    if (failure.ok()) failure = take_correction(p, a, c, n, part);
     if (!failure.ok()) return failure;
-    // RIKS: the first residual belongs to the last load
-    const bool judged = reached && (it > 1 || !a.arc.on);
-    if (a.newton.opens) failure = descend(p, a, judged ? before : 0.0, advance, trial, descent, b);
-    if (a.newton.opens && descent.next >= MANY_ITERATIONS && !a.start.guesses)
-      keep_open(p.d.el, p.st);               // a failed guess leaves t(n) as it is
-    if (!failure.ok()) return failure;
-    stale = b.free_norm < least ? 0 : stale + 1;
-    least = std::min(least, b.free_norm);
-    report_iteration(log, it, b, std::fabs(g0), part);
+    n.stale = b.free_norm < n.least ? 0 : n.stale + 1;
+    n.least = std::min(n.least, b.free_norm);
+    report_iteration(log, it, b, std::fabs(c.g0), part);
     // 5. converged?                                                                (6.4)
-    judge_correction(p, it, linear, before, part, b);
-    const bool stalls = b.free_norm > STALL_RATIO * before;
-    if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, l) &&
-        converged(p, a, b, l, true, stalls)) {
-      a.R = b.R;
-      assem_share_bonds(p.st, p.m.dim, a.jumps);
-      return STATUS_OK;
-    }
+    judge_correction(p, it, n.linear, c.before, part, b);
+    const bool stalls = b.free_norm > STALL_RATIO * c.before;
+    if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, n.l) &&
+        converged(p, a, b, n.l, true, stalls))
+      return accept_solution(p, a, b);
   }
   return NOT_CONVERGED;
 }
