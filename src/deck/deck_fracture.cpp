@@ -49,12 +49,19 @@ void check_elements(Deck& d, const Model& m, const std::vector<Def>& defs, const
   }
 }
 
-void check_broken(Deck& d, const Model& m)
+// [nelem] 1: of an *EIGENFRACTURE
+IntVec breakable_elements(const Model& m)
 {
   IntVec breakable(m.mesh.nelem(), 0);
   for (const FractureDef& f : m.fracture)
     if (f.elset >= 0)
       for (int e : m.elset[f.elset].item) breakable[e] = 1;
+  return breakable;
+}
+
+void check_broken(Deck& d, const Model& m)
+{
+  const IntVec breakable = breakable_elements(m);
   for (const BrokenDef& b : m.broken)
     for (int e : b.elem) {
       if (b.remove || breakable[e]) continue;
@@ -322,10 +329,7 @@ void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
 void check_trigger(Deck& d, const Model& m, const ConversionDef& c)
 {
   if (c.trigger != TRIGGER_EROSION) return;
-  IntVec breakable(m.mesh.nelem(), 0);
-  for (const FractureDef& f : m.fracture)
-    if (f.elset >= 0)
-      for (int e : m.elset[f.elset].item) breakable[e] = 1;
+  const IntVec breakable = breakable_elements(m);
   for (int e : m.elset[c.elset].item)
     if (breakable[e]) return;
   refuse(d, "CONVERSION", c.deck_line, m.elset[c.elset].name,

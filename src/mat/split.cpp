@@ -213,25 +213,6 @@ bool volume(bool finite, const double E[6], double& j, double* G, double* D)
   return true;
 }
 
-// pressure in compression                                                                 (2.10)
-void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut& o)
-{
-  const double K = bulk_modulus(law);
-  double j, G[6], D[36], *Cp = o.of_plus(), *Cm = o.of_minus();
-  if (!volume(finite, E, j, nullptr, nullptr)) {
-    o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
-    return;
-  }
-  if (!(j > 0.0)) {
-    volume(finite, E, j, G, Cm ? D : nullptr);
-    o.psi_minus = 0.5 * K * j * j;
-    for (int m = 0; m < 6; ++m) o.Sm[m] = K * j * G[m];
-    for (int m = 0; m < 36 && Cm; ++m) Cm[m] = K * j * D[m];
-    add_dyad(K, G, Cm);
-  }
-  add_rest(law, E, o.psi_minus, o.Sm, Cm, o.psi_plus, o.Sp, Cp);
-}
-
 // j = change of the thickness of the crack, h - 1 with h^2 = 1/(N.C^-1 N) (finite) or N.E.N, gradient G and
 // second derivative D, unless null; D needs G; false: C = 2E + I is not positive definite (2.18)
 bool thickness(bool finite, const double E[6], const double N[3], double& j, double* G, double* D)
@@ -272,23 +253,38 @@ bool thickness(bool finite, const double E[6], const double N[3], double& j, dou
   return true;
 }
 
-// normal pressure on the crack only                                                        (2.18)
-void split_crack(const MatLaw& law, bool finite, const double E[6], const double N[3], SplitOut& o)
+// keeps what M j^2/2 stores where j < 0, and releases the rest                       (2.10), (2.18)
+//   in   measure   j with gradient and second derivative, unless null; false: E is not admissible
+template <class Measure>
+void split_closed(const MatLaw& law, double M, const double E[6], Measure measure, SplitOut& o)
 {
-  const double M = law.lam + 2.0 * law.mu;
   double j, G[6], D[36], *Cp = o.of_plus(), *Cm = o.of_minus();
-  if (!thickness(finite, E, N, j, nullptr, nullptr)) {
+  if (!measure(j, nullptr, nullptr)) {
     o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
     return;
   }
   if (!(j > 0.0)) {
-    thickness(finite, E, N, j, G, Cm ? D : nullptr);
+    measure(j, G, Cm ? D : nullptr);
     o.psi_minus = 0.5 * M * j * j;
     for (int m = 0; m < 6; ++m) o.Sm[m] = M * j * G[m];
     for (int m = 0; m < 36 && Cm; ++m) Cm[m] = M * j * D[m];
     add_dyad(M, G, Cm);
   }
   add_rest(law, E, o.psi_minus, o.Sm, Cm, o.psi_plus, o.Sp, Cp);
+}
+
+// pressure in compression                                                                 (2.10)
+void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut& o)
+{
+  split_closed(law, bulk_modulus(law), E,
+               [&](double& j, double* G, double* D) { return volume(finite, E, j, G, D); }, o);
+}
+
+// normal pressure on the crack only                                                        (2.18)
+void split_crack(const MatLaw& law, bool finite, const double E[6], const double N[3], SplitOut& o)
+{
+  split_closed(law, law.lam + 2.0 * law.mu, E,
+               [&](double& j, double* G, double* D) { return thickness(finite, E, N, j, G, D); }, o);
 }
 
 // plane stress (2.13): E33 from c S33+ + S33- = 0, and the law there. S33 of every split is a concave
