@@ -1,9 +1,8 @@
 // ---------------------------------------------------------------------------
 // archive.h : values to bytes and back
 //
-// One io routine of a struct serves both directions: it passes all fields to io_all. It uses structured
-// bindings, so that the program does not compile if a new field is missing;
-// io_fields also counts its arguments.
+// One io routine of a struct serves both directions. It uses structured bindings, so that the program does not
+// compile if a new field is missing: IO_FIELDS.
 //
 // Bytes are written to and read from a file in pieces, so that no rank stores all of them; without a file
 // they stay in the archive. On several ranks rank 0 has the file. All ranks read together, and get what rank
@@ -219,26 +218,12 @@ void io(Archive& f, const Divided<T>& d)
 template <class... T>
 void io_all(Archive& f, T&&... x) { (io(f, x), ...); }
 
-// field_count : fields of a struct without constructors
-struct AnyField {
-  template <class T>
-  operator T() const;
-};
-
-template <class S, class... Field>
-constexpr std::size_t field_count(long) { return sizeof...(Field); }
-template <class S, class... Field>
-constexpr auto field_count(int) -> decltype(S{std::declval<Field>()..., AnyField{}}, std::size_t())
-{
-  return field_count<S, Field..., AnyField>(0);
-}
-
-// io_fields : io_all of all fields x of the struct S
-template <class S, class... T>
-void io_fields(Archive& f, T&&... x)
-{
-  static_assert(sizeof...(T) == field_count<S>(0), "a field is missing");
-  io_all(f, x...);
-}
+// IO_FIELDS : io of a struct S by its fields; a field that is missing does not compile
+#define IO_FIELDS(S, ...)             \
+  inline void io(Archive& f, S& x)    \
+  {                                   \
+    auto& [__VA_ARGS__] = x;          \
+    io_all(f, __VA_ARGS__);           \
+  }
 
 #endif

@@ -23,328 +23,69 @@ inline void io(Archive& f, Expr& x)
   f.shared.push_back(code);
 }
 
-inline void io(Archive& f, ListTable& x)
-{
-  auto& [off, item] = x;
-  io_fields<ListTable>(f, off, item);
-}
-
-inline void io(Archive& f, Halo& x)
-{
-  auto& [common, shared, owner] = x;
-  io_fields<Halo>(f, common, shared, owner);
-}
-
-inline void io(Archive& f, DeckLine& x)
-{
-  auto& [file, line] = x;
-  io_fields<DeckLine>(f, file, line);
-}
-
-inline void io(Archive& f, Mesh& x)
-{
-  auto& [node_label, X, elem_label, elem_type, elem_section, conn] = x;
-  io_fields<Mesh>(f, node_label, X, elem_label, elem_type, elem_section, conn);
-}
-
-inline void io(Archive& f, UncoupledPair& x)
-{
-  auto& [body, other, section, reported] = x;
-  io_fields<UncoupledPair>(f, body, other, section, reported);
-}
-
-inline void io(Archive& f, OriginalPoint& x)
-{
-  auto& [point, rank] = x;
-  io_fields<OriginalPoint>(f, point, rank);
-}
-
-inline void io(Archive& f, MeshPart& x)
-{
-  auto& [on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-         around_points, near_point, notch, joined, tied, uncoupled, skin] = x;
-  io_fields<MeshPart>(f, on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-                      around_points, near_point, notch, joined, tied, uncoupled, skin);
-}
-
-inline void io(Archive& f, Set& x)
-{
-  auto& [name, item, deck_line] = x;
-  io_fields<Set>(f, name, item, deck_line);
-}
-
-inline void io(Archive& f, Face& x)
-{
-  auto& [elem, face] = x;
-  io_fields<Face>(f, elem, face);
-}
-
-inline void io(Archive& f, Surface& x)
-{
-  auto& [name, face, member, body, where, deck_line] = x;
-  io_fields<Surface>(f, name, face, member, body, where, deck_line);
-}
-
-inline void io(Archive& f, Material& x)
-{
-  auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, exponent,
-         dilation, gap, hardening, has_elastic, has_damping, used, hyper, breaks, prestressed, initial,
-         deck_line] = x;
-  io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain,
-                      friction, exponent, dilation, gap, hardening, has_elastic, has_damping, used, hyper,
-                      breaks, prestressed, initial, deck_line);
-}
-
-inline void io(Archive& f, Section& x)
-{
-  auto& [elset, material, thickness, deck_line, lumped] = x;
-  io_fields<Section>(f, elset, material, thickness, deck_line, lumped);
-}
-
-inline void io(Archive& f, Amplitude& x)
-{
-  auto& [name, kind, total_time, t, y, expr, deck_line] = x;
-  io_fields<Amplitude>(f, name, kind, total_time, t, y, expr, deck_line);
-}
-
-inline void io(Archive& f, CellRanks& x)
-{
-  auto& [first, rank] = x;
-  io_fields<CellRanks>(f, first, rank);
-}
-
-inline void io(Archive& f, Body& x)
-{
-  auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, reshape, hang,
-         fracture, rank, deck_line] = x;
-  io_fields<Body>(f, name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field,
-                  reshape, hang, fracture, rank, deck_line);
-}
-
-inline void io(Archive& f, Grid& x)
-{
-  auto& [given, lo, h, n, weak, keep, deck_line, ghost_stiffness, ghost_mass, ghost_place] = x;
-  io_fields<Grid>(f, given, lo, h, n, weak, keep, deck_line, ghost_stiffness, ghost_mass, ghost_place);
-}
-
-inline void io(Archive& f, ViscousBoundary& x)
-{
-  auto& [surface, a, b, deck_line] = x;
-  io_fields<ViscousBoundary>(f, surface, a, b, deck_line);
-}
-
-inline void io(Archive& f, GridBc& x)
-{
-  auto& [axis, position, first, last, value, amplitude, friction, side, deck_line] = x;
-  io_fields<GridBc>(f, axis, position, first, last, value, amplitude, friction, side, deck_line);
-}
-
-inline void io(Archive& f, ContactSide& x)
-{
-  auto& [surface, elset, body, elem] = x;
-  io_fields<ContactSide>(f, surface, elset, body, elem);
-}
-
-inline void io(Archive& f, ContactRule& x)
-{
-  auto& [a, b, friction, stick, penalty] = x;
-  io_fields<ContactRule>(f, a, b, friction, stick, penalty);
-}
-
-inline void io(Archive& f, ContactDef& x)
-{
-  auto& [master, friction, overlap, adjust, by_face, stick, general, present, stiff, include, exclude,
-         property] = x;
-  io_fields<ContactDef>(f, master, friction, overlap, adjust, by_face, stick, general, present, stiff,
-                        include, exclude, property);
-}
-
-inline void io(Archive& f, BondDef& x)
-{
-  auto& [name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction, motion, amplitude,
-         augment, contact, deck_line] = x;
-  io_fields<BondDef>(f, name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction,
-                     motion, amplitude, augment, contact, deck_line);
-}
-
-inline void io(Archive& f, InitialValue& x)
-{
-  auto& [displacement, node, body, dof, value, deck_line] = x;
-  io_fields<InitialValue>(f, displacement, node, body, dof, value, deck_line);
-}
-
-inline void io(Archive& f, InitialStress& x)
-{
-  auto& [elem, body, point, value, deck_line] = x;
-  io_fields<InitialStress>(f, elem, body, point, value, deck_line);
-}
-
-inline void io(Archive& f, ModelChange& x)
-{
-  auto& [elem, add, deck_line] = x;
-  io_fields<ModelChange>(f, elem, add, deck_line);
-}
-
-inline void io(Archive& f, Member& x)
-{
-  auto& [elem, at] = x;
-  io_fields<Member>(f, elem, at);
-}
-
-inline void io(Archive& f, FractureDef& x)
-{
-  auto& [elset, body, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon,
-         spacing, interval, stiffness, release, average, tolerance, fallback, start, ft, softening, track,
-         member, deck_line] = x;
-  io_fields<FractureDef>(f, elset, body, criterion, estimate, drive, residual, friction, order, gc, weibull,
-                         seed, epsilon, spacing, interval, stiffness, release, average, tolerance, fallback,
-                         start, ft, softening, track, member, deck_line);
-}
-
-inline void io(Archive& f, ConversionDef& x)
-{
-  auto& [elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, elem, body, bond_of,
-         deck_line] = x;
-  io_fields<ConversionDef>(f, elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, elem,
-                           body, bond_of, deck_line);
-}
-
-inline void io(Archive& f, EquationTerm& x)
-{
-  auto& [node, dof, coef] = x;
-  io_fields<EquationTerm>(f, node, dof, coef);
-}
-
-inline void io(Archive& f, Equation& x)
-{
-  auto& [term, deck_line, of] = x;
-  io_fields<Equation>(f, term, deck_line, of);
-}
-
-inline void io(Archive& f, RigidBody& x)
-{
-  auto& [node, ref, turn, deck_line] = x;
-  io_fields<RigidBody>(f, node, ref, turn, deck_line);
-}
-
-inline void io(Archive& f, Frame& x)
-{
-  auto& [node, twin, equation, axis, deck_line] = x;
-  io_fields<Frame>(f, node, twin, equation, axis, deck_line);
-}
-
-inline void io(Archive& f, BrokenDef& x)
-{
-  auto& [elem, remove, normal, deck_line] = x;
-  io_fields<BrokenDef>(f, elem, remove, normal, deck_line);
-}
-
-inline void io(Archive& f, Load& x)
-{
-  auto& [kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir, value,
-         amplitude, factor, of_position, ramp, hold, deck_line] = x;
-  io_fields<Load>(f, kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir,
-                  value, amplitude, factor, of_position, ramp, hold, deck_line);
-}
-
-inline void io(Archive& f, Prescribed& x)
-{
-  auto& [node, first, last, value, velocity, amplitude, factor, ramp, deck_line] = x;
-  io_fields<Prescribed>(f, node, first, last, value, velocity, amplitude, factor, ramp, deck_line);
-}
-
-inline void io(Archive& f, Controls& x)
-{
-  auto& [tol_force, tol_energy, max_iter, max_cut, line_search] = x;
-  io_fields<Controls>(f, tol_force, tol_energy, max_iter, max_cut, line_search);
-}
-
-inline void io(Archive& f, PrintRequest& x)
-{
-  auto& [element, set, what, frequency, totals, global, only] = x;
-  io_fields<PrintRequest>(f, element, set, what, frequency, totals, global, only);
-}
-
-inline void io(Archive& f, ArcControl& x)
-{
-  auto& [on, nset, direction, end] = x;
-  io_fields<ArcControl>(f, on, nset, direction, end);
-}
-
-inline void io(Archive& f, Step& x)
-{
-  auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme,
-         scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
-         extrapolate, ctl, load, prescribed, print, equation, change, deck_line, hash] = x;
-  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc,
-                  scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear,
-                  bulk_quadratic, balance, extrapolate, ctl, load, prescribed, print, equation, change,
-                  deck_line, hash);
-}
-
-inline void io(Archive& f, HistoryDef& x)
-{
-  auto& [name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, deck_line] = x;
-  io_fields<HistoryDef>(f, name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, deck_line);
-}
-
-inline void io(Archive& f, VtkDef& x)
-{
-  auto& [on, ascii, xml, frequency, interval] = x;
-  io_fields<VtkDef>(f, on, ascii, xml, frequency, interval);
-}
-
-inline void io(Archive& f, FragmentsDef& x)
-{
-  auto& [on, frequency, interval, deck_line] = x;
-  io_fields<FragmentsDef>(f, on, frequency, interval, deck_line);
-}
-
-inline void io(Archive& f, RestartDef& x)
-{
-  auto& [read, write, overlay, frequency, interval] = x;
-  io_fields<RestartDef>(f, read, write, overlay, frequency, interval);
-}
-
-inline void io(Archive& f, Check& x)
-{
-  auto& [name, kind, column, what, exact, centre, scale, at, time, target, tolerance, source, deck_line] = x;
-  io_fields<Check>(f, name, kind, column, what, exact, centre, scale, at, time, target, tolerance, source,
-                   deck_line);
-}
-
-inline void io(Archive& f, SolverDef& x)
-{
-  auto& [kind, precond, reuse] = x;
-  io_fields<SolverDef>(f, kind, precond, reuse);
-}
-
-inline void io(Archive& f, HistoryOutput& x)
-{
-  auto& [frequency] = x;
-  io_fields<HistoryOutput>(f, frequency);
-}
-
-inline void io(Archive& f, OutputRequests& x)
-{
-  auto& [history, history_at, vtk, fragments, restart, check] = x;
-  io_fields<OutputRequests>(f, history, history_at, vtk, fragments, restart, check);
-}
-
-inline void io(Archive& f, DeckNotes& x)
-{
-  auto& [heading, passed, tied, param] = x;
-  io_fields<DeckNotes>(f, heading, passed, tied, param);
-}
-
-inline void io(Archive& f, Model& x)
-{
-  auto& [job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section, amplitude,
-         body, grid, grid_bc, viscous, bond, initial, initial_stress, fracture, conversion, broken, equation,
-         frame, rigid, step, output, solver, hash] = x;
-  io_fields<Model>(f, job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section,
-                   amplitude, body, grid, grid_bc, viscous, bond, initial, initial_stress, fracture,
-                   conversion, broken, equation, frame, rigid, step, output, solver, hash);
-}
+IO_FIELDS(ListTable, off, item)
+IO_FIELDS(Halo, common, shared, owner)
+IO_FIELDS(DeckLine, file, line)
+IO_FIELDS(Mesh, node_label, X, elem_label, elem_type, elem_section, conn)
+IO_FIELDS(UncoupledPair, body, other, section, reported)
+IO_FIELDS(OriginalPoint, point, rank)
+IO_FIELDS(MeshPart, on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
+          around_points, near_point, notch, joined, tied, uncoupled, skin)
+IO_FIELDS(Set, name, item, deck_line)
+IO_FIELDS(Face, elem, face)
+IO_FIELDS(Surface, name, face, member, body, where, deck_line)
+IO_FIELDS(Material, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction,
+          exponent, dilation, gap, hardening, has_elastic, has_damping, used, hyper, breaks, prestressed,
+          initial, deck_line)
+IO_FIELDS(Section, elset, material, thickness, deck_line, lumped)
+IO_FIELDS(Amplitude, name, kind, total_time, t, y, expr, deck_line)
+IO_FIELDS(CellRanks, first, rank)
+IO_FIELDS(Body, name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, reshape,
+          hang, fracture, rank, deck_line)
+IO_FIELDS(Grid, given, lo, h, n, weak, keep, deck_line, ghost_stiffness, ghost_mass, ghost_place)
+IO_FIELDS(ViscousBoundary, surface, a, b, deck_line)
+IO_FIELDS(GridBc, axis, position, first, last, value, amplitude, friction, side, deck_line)
+IO_FIELDS(ContactSide, surface, elset, body, elem)
+IO_FIELDS(ContactRule, a, b, friction, stick, penalty)
+IO_FIELDS(ContactDef, master, friction, overlap, adjust, by_face, stick, general, present, stiff, include,
+          exclude, property)
+IO_FIELDS(BondDef, name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction, motion,
+          amplitude, augment, contact, deck_line)
+IO_FIELDS(InitialValue, displacement, node, body, dof, value, deck_line)
+IO_FIELDS(InitialStress, elem, body, point, value, deck_line)
+IO_FIELDS(ModelChange, elem, add, deck_line)
+IO_FIELDS(Member, elem, at)
+IO_FIELDS(FractureDef, elset, body, criterion, estimate, drive, residual, friction, order, gc, weibull, seed,
+          epsilon, spacing, interval, stiffness, release, average, tolerance, fallback, start, ft, softening,
+          track, member, deck_line)
+IO_FIELDS(ConversionDef, elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, elem, body,
+          bond_of, deck_line)
+IO_FIELDS(EquationTerm, node, dof, coef)
+IO_FIELDS(Equation, term, deck_line, of)
+IO_FIELDS(RigidBody, node, ref, turn, deck_line)
+IO_FIELDS(Frame, node, twin, equation, axis, deck_line)
+IO_FIELDS(BrokenDef, elem, remove, normal, deck_line)
+IO_FIELDS(Load, kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir, value,
+          amplitude, factor, of_position, ramp, hold, deck_line)
+IO_FIELDS(Prescribed, node, first, last, value, velocity, amplitude, factor, ramp, deck_line)
+IO_FIELDS(Controls, tol_force, tol_energy, max_iter, max_cut, line_search)
+IO_FIELDS(PrintRequest, element, set, what, frequency, totals, global, only)
+IO_FIELDS(ArcControl, on, nset, direction, end)
+IO_FIELDS(Step, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme,
+          scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
+          extrapolate, ctl, load, prescribed, print, equation, change, deck_line, hash)
+IO_FIELDS(HistoryDef, name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, deck_line)
+IO_FIELDS(VtkDef, on, ascii, xml, frequency, interval)
+IO_FIELDS(FragmentsDef, on, frequency, interval, deck_line)
+IO_FIELDS(RestartDef, read, write, overlay, frequency, interval)
+IO_FIELDS(Check, name, kind, column, what, exact, centre, scale, at, time, target, tolerance, source,
+          deck_line)
+IO_FIELDS(SolverDef, kind, precond, reuse)
+IO_FIELDS(HistoryOutput, frequency)
+IO_FIELDS(OutputRequests, history, history_at, vtk, fragments, restart, check)
+IO_FIELDS(DeckNotes, heading, passed, tied, param)
+IO_FIELDS(Model, job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section,
+          amplitude, body, grid, grid_bc, viscous, bond, initial, initial_stress, fracture, conversion,
+          broken, equation, frame, rigid, step, output, solver, hash)
 
 #endif

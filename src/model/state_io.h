@@ -187,29 +187,13 @@ inline void io(Archive& f, Level& x)
          of_elems(cracked), of_elems(q));
 }
 
-inline void io(Archive& f, Ledger& x)
-{
-  auto& [kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous, renewal,
-         overlap, released, sudden, stopped, conversion, removed, total0, balance, scale, rounding, balance0,
-         external0, step_scale, leap, leap_grid, beta_power, off, momentum, angular, slip_max, slip_rms] = x;
-  io_all(f, kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous, renewal,
-         overlap, released, sudden, stopped, conversion, removed, total0, balance, scale, rounding, balance0,
-         external0, step_scale, leap, leap_grid, beta_power, off, momentum, angular, slip_max, slip_rms);
-}
-
-inline void io(Archive& f, ContactLog& x)
-{
-  auto& [force, gap, area, peak, work] = x;
-  io_all(f, force, gap, area, peak, work);
-}
-
-inline void io(Archive& f, StepClock& x)
-{
-  auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke,
-         measured, xi, stage, stage_least, load, load_most, ended] = x;
-  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke,
-         measured, xi, stage, stage_least, load, load_most, ended);
-}
+IO_FIELDS(Ledger, kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous,
+          renewal, overlap, released, sudden, stopped, conversion, removed, total0, balance, scale, rounding,
+          balance0, external0, step_scale, leap, leap_grid, beta_power, off, momentum, angular, slip_max,
+          slip_rms)
+IO_FIELDS(ContactLog, force, gap, area, peak, work)
+IO_FIELDS(StepClock, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system,
+          broke, measured, xi, stage, stage_least, load, load_most, ended)
 
 // the ranks of points follow after the points: io_point_ranks
 inline void io(Archive& f, Division& x)
@@ -224,25 +208,10 @@ inline void io_point_ranks(Archive& f, Division& x)
   if (!x.pieces || x.handed) io(f, of_points(x.point));
 }
 
-inline void io(Archive& f, WorkShare& x)
-{
-  auto& [events, excess, now, lost] = x;
-  io_all(f, events, excess, now, lost);
-}
-
-inline void io(Archive& f, StepLog& x)
-{
-  auto& [step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, half, half_limit,
-         grid_nodes, grid_cells, weak_nodes, equations, contact_searched, contact_skipped, begin] = x;
-  io_all(f, step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, half, half_limit, grid_nodes,
-         grid_cells, weak_nodes, equations, contact_searched, contact_skipped, begin);
-}
-
-inline void io(Archive& f, ErosionLog& x)
-{
-  auto& [elem, label, time, value, released, X] = x;
-  io_all(f, elem, label, time, value, released, X);
-}
+IO_FIELDS(WorkShare, events, excess, now, lost)
+IO_FIELDS(StepLog, step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, half, half_limit,
+          grid_nodes, grid_cells, weak_nodes, equations, contact_searched, contact_skipped, begin)
+IO_FIELDS(ErosionLog, elem, label, time, value, released, X)
 
 inline void io(Archive& f, GridLaid& x)
 {

@@ -20,17 +20,8 @@
 #include "out/out.h"
 #include "out/out_branch.h"
 
-static void io(Archive& f, VtkSeries& x)
-{
-  auto& [file, time] = x;
-  io_all(f, file, time);
-}
-
-static void io(Archive& f, CheckResult& x)
-{
-  auto& [done, pass, name, source, message, value, target, difference, tolerance] = x;
-  io_all(f, done, pass, name, source, message, value, target, difference, tolerance);
-}
+IO_FIELDS(VtkSeries, file, time)
+IO_FIELDS(CheckResult, done, pass, name, source, message, value, target, difference, tolerance)
 
 // state of the output; JOB.his is written again from its rows
 static void io(Archive& f, Output& x)
@@ -59,11 +50,7 @@ struct Origin {                // what a file belongs to
   std::vector<std::uint64_t> step;     // Step::hash of the steps that have begun
 };
 
-void io(Archive& f, Origin& x)
-{
-  auto& [number, version, deck, step] = x;
-  io_all(f, number, version, deck, step);
-}
+IO_FIELDS(Origin, number, version, deck, step)
 
 struct Lengths {               // of the files that are continued, -1: does not exist yet
   long dat = -1, ero = -1, frag = -1;

@@ -139,23 +139,6 @@ Model all_kinds()
   return m;
 }
 
-struct Mixed {
-  int a = 1;
-  std::string name = "word";
-  std::array<double, 3> x{{0, 0, 0}};
-  std::vector<Expr> list;
-  DeckLine deck_line;
-  double t, y;
-  int size() const { return a; }
-};
-
-TEST(ModelArchive, FieldsAreCounted)
-{
-  EXPECT_EQ(field_count<Mixed>(0), 7u);
-  EXPECT_EQ(field_count<HistoryOutput>(0), 1u);
-  EXPECT_EQ(field_count<EquationTerm>(0), 3u);
-}
-
 TEST(ModelArchive, ModelComesBack)
 {
   Model m = all_kinds();
