@@ -1,74 +1,17 @@
 #include "deck/keyword_table.h"
 
 // one reader for each keyword, in kw_<keyword>.cpp
-void kw_amplitude(Card&, Model&);
-void kw_block(Card&, Model&);
-void kw_bond(Card&, Model&);
-void kw_boundary(Card&, Model&);
-void kw_bulk_viscosity(Card&, Model&);
-void kw_check(Card&, Model&);
-void kw_cload(Card&, Model&);
-void kw_contact(Card&, Model&);
-void kw_contact_exclusions(Card&, Model&);
-void kw_contact_file(Card&, Model&);
-void kw_contact_inclusions(Card&, Model&);
-void kw_contact_pair(Card&, Model&);
-void kw_contact_print(Card&, Model&);
-void kw_contact_property(Card&, Model&);
-void kw_conversion(Card&, Model&);
-void kw_coupling(Card&, Model&);
-void kw_cylinder(Card&, Model&);
-void kw_damping(Card&, Model&);
-void kw_density(Card&, Model&);
-void kw_dload(Card&, Model&);
-void kw_dsload(Card&, Model&);
-void kw_distributing(Card&, Model&);
-void kw_drucker_prager(Card&, Model&);
-void kw_drucker_prager_hardening(Card&, Model&);
-void kw_dynamic(Card&, Model&);
-void kw_eigenfracture(Card&, Model&);
-void kw_el_file(Card&, Model&);
-void kw_el_print(Card&, Model&);
-void kw_elastic(Card&, Model&);
-void kw_element(Card&, Model&);
-void kw_elset(Card&, Model&);
-void kw_end_step(Card&, Model&);
-void kw_equation(Card&, Model&);
-void kw_fragments(Card&, Model&);
-void kw_friction(Card&, Model&);
-void kw_ghost(Card&, Model&);
-void kw_grid(Card&, Model&);
-void kw_grid_boundary(Card&, Model&);
-void kw_heading(Card&, Model&);
-void kw_history(Card&, Model&);
-void kw_hyperelastic(Card&, Model&);
-void kw_include(Card&, Model&);
-void kw_initial_conditions(Card&, Model&);
-void kw_kinematic(Card&, Model&);
-void kw_material(Card&, Model&);
-void kw_material_points(Card&, Model&);
-void kw_model_change(Card&, Model&);
-void kw_newton(Card&, Model&);
-void kw_node(Card&, Model&);
-void kw_node_file(Card&, Model&);
-void kw_node_print(Card&, Model&);
-void kw_nset(Card&, Model&);
-void kw_orientation(Card&, Model&);
-void kw_parameter(Card&, Model&);
-void kw_plastic(Card&, Model&);
-void kw_restart(Card&, Model&);
-void kw_rigid_body(Card&, Model&);
-void kw_solid_section(Card&, Model&);
-void kw_solver(Card&, Model&);
-void kw_static(Card&, Model&);
-void kw_step(Card&, Model&);
-void kw_surface(Card&, Model&);
-void kw_surface_behavior(Card&, Model&);
-void kw_surface_interaction(Card&, Model&);
-void kw_tie(Card&, Model&);
-void kw_transform(Card&, Model&);
-void kw_viscous_boundary(Card&, Model&);
-void kw_vtk(Card&, Model&);
+using KeywordReader = void(Card&, Model&);
+KeywordReader kw_amplitude, kw_block, kw_bond, kw_boundary, kw_bulk_viscosity, kw_check, kw_cload, kw_contact,
+    kw_contact_exclusions, kw_contact_file, kw_contact_inclusions, kw_contact_pair, kw_contact_print,
+    kw_contact_property, kw_conversion, kw_coupling, kw_cylinder, kw_damping, kw_density, kw_distributing,
+    kw_dload, kw_drucker_prager, kw_drucker_prager_hardening, kw_dsload, kw_dynamic, kw_eigenfracture,
+    kw_el_file, kw_el_print, kw_elastic, kw_element, kw_elset, kw_end_step, kw_equation, kw_fragments,
+    kw_friction, kw_ghost, kw_grid, kw_grid_boundary, kw_heading, kw_history, kw_hyperelastic, kw_include,
+    kw_initial_conditions, kw_kinematic, kw_material, kw_material_points, kw_model_change, kw_newton, kw_node,
+    kw_node_file, kw_node_print, kw_nset, kw_orientation, kw_parameter, kw_plastic, kw_restart, kw_rigid_body,
+    kw_solid_section, kw_solver, kw_static, kw_step, kw_surface, kw_surface_behavior, kw_surface_interaction,
+    kw_tie, kw_transform, kw_viscous_boundary, kw_vtk;
 
 namespace {
 const int OUTSIDE = IN_MODEL | AFTER_STEPS;
