@@ -139,6 +139,21 @@ void hash_schemes(Deck& d, const Model& m)
   deck_hash(d, model_changes(m) ? "change" : "no change");
 }
 
+// the keyword that a parameter follows without a comma; empty: none
+std::string comma_missing(const std::string& word)
+{
+  for (std::size_t end = word.rfind(' '); end != std::string::npos && end > 0;
+       end = word.rfind(' ', end - 1)) {
+    const Keyword* k = keyword_find(word.substr(0, end));
+    const std::string rest = text_squeeze(word.substr(end, word.find('=', end) - end));
+    for (std::string p : split_words(k ? k->params : "")) {
+      if (!p.empty() && p.back() == '!') p.pop_back();
+      if (!p.empty() && text_squeeze(p) == rest) return k->word;
+    }
+  }
+  return "";
+}
+
 void read_card(Deck& d, Model& m)
 {
   Card c;
@@ -154,9 +169,10 @@ void read_card(Deck& d, Model& m)
   }
   if (!c.keyword) {
     const std::string nearest = text_nearest(c.head.word, keyword_words());
-    const std::string remedy = other_keyword(c.head.word);
+    const std::string remedy = other_keyword(c.head.word), before = comma_missing(c.head.word);
     deck_error(d, c.head.at, "keyword *" + text_show(c.head.word) + " is not known" +
                (!remedy.empty()   ? remedy
+                : !before.empty() ? "; write a comma after *" + before
                 : nearest.empty() ? "; mpfe --list-keywords lists all"
                                   : "; did you mean *" + nearest + "?"));
     return skip_data(d);
@@ -193,14 +209,12 @@ void read_cards(Deck& d, Model& m)
 
 void set_defines(Deck& d, const std::vector<std::pair<std::string, double>>& defines)
 {
-  Field at;
-  at.line = 1;
   d.word = "PARAMETER";
   for (const auto& def : defines) {
     const std::string fault = deck_parameter_name_fault(def.first);
-    if (!fault.empty()) deck_error(d, at, "-D " + text_show(def.first) + ": the name " + fault);
+    if (!fault.empty()) deck_error(d, Field(), "-D " + text_show(def.first) + ": the name " + fault);
     else if (!std::isfinite(def.second))
-      deck_error(d, at, "-D " + def.first + ": the value must be a finite number");
+      deck_error(d, Field(), "-D " + def.first + ": the value must be a finite number");
     else d.params.define[def.first] = d.params.value[def.first] = def.second;
   }
 }

@@ -14,6 +14,7 @@ void kw_step(Card& card, Model& model)
   absent_report(d);
   facet_surfaces(d, model);
   deck_run_later(d, model, STAGE_STEP);
+  d.word = card.head.word;     // after messages about other keywords
   Step s;
   s.deck_line   = card_deck_line(card);
   s.ctl     = d.controls;
