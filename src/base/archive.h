@@ -1,8 +1,8 @@
 // ---------------------------------------------------------------------------
 // archive.h : values to bytes and back
 //
-// One io routine of a struct serves both directions. It uses structured bindings, so that the program does not
-// compile if a new field is missing: IO_FIELDS.
+// One io routine of a struct serves both directions. It uses structured bindings, so that the program does
+// not compile if a new field is missing: IO_FIELDS.
 //
 // Bytes are written to and read from a file in pieces, so that no rank stores all of them; without a file
 // they stay in the archive. On several ranks rank 0 has the file. All ranks read together, and get what rank
