@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 
 #include "deck/card.h"
 
@@ -12,12 +13,20 @@ struct Line {                  // a data line
   bool all = false;            // ENCASTRE: also the rotations of a reference node
 };
 
+// false: f is no word
 bool read_word(Card& card, const Model& model, const Field& f, Line& line)
 {
   const std::string word = text_squeeze(f.text);
   const bool all = word == "ENCASTRE" || word == "PINNED";
   const int axis = word == "XSYMM" ? 0 : word == "YSYMM" ? 1 : word == "ZSYMM" && model.dim == 3 ? 2 : -1;
-  if (!all && axis < 0) return false;
+  if (!all && axis < 0) {
+    if (word.empty() || !std::isalpha(static_cast<unsigned char>(word[0]))) return false;
+    std::vector<std::string> known = {"ENCASTRE", "PINNED", "XSYMM", "YSYMM"};
+    if (model.dim == 3) known.push_back("ZSYMM");
+    card_error(card, f, "a direction, or a word: " + text_show(f.text) + " is not known" +
+               text_suggest(word, known));
+    return true;
+  }
   ++card.next;
   line.first = all ? 0 : axis;
   line.last  = all ? model.dim - 1 : axis;
