@@ -309,7 +309,7 @@ struct GeneralSearch {
   std::vector<FaceBox> box;          // [skin]
   std::vector<ContactWall> wall;
   // of the face whose points are searched for
-  std::vector<Facing> facing;
+  std::vector<Facing> facing, close;     // close: by their boxes
   RealVec x;                         // [3][width] their positions
   RealVec height;                    // [facing][width] heights over the face; 1e300: out of its bounds
   int width = 0;                     // number of points, rounded up
@@ -320,7 +320,7 @@ const FaceNow& face_now(GeneralSearch& g, int i)
   FaceNow& a = g.face[i];
   if (a.f.n) return a;
   const SkinFace& s = g.scene.skin[i];
-  a.f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc);
+  a.f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc, &g.scene.height[i]);
   a.f.skin = i;
   face_middle(a.f, a.x, a.n);
   take_bounds(a);
@@ -345,15 +345,21 @@ void find_facing(GeneralSearch& g, int i)
   if (g.scene.near.count(i) == 0) return;
   const FaceNow& of = face_now(g, i);
   const FaceBox a   = g.box[i];
-  for (int k = g.scene.near.off[i]; k < g.scene.near.off[i + 1]; ++k) {
-    const int j = g.scene.near.item[k];
+  const int *near = g.scene.near.begin(i), count = g.scene.near.count(i);
+  g.close.resize(count);
+  int n = 0;
+  for (int k = 0; k < count; ++k) {      // without branches, which would be mispredicted
+    const int j = near[k];
     const FaceBox& b     = box_now(g, j);
     const double reach   = g.scene.part * (a.size + b.size) + g.scene.travel;
-    const double opposed = g.scene.alone[i] || g.scene.alone[j] ? OPPOSED_ALONE : OPPOSED;
+    const double opposed = g.scene.alone[i] | g.scene.alone[j] ? OPPOSED_ALONE : OPPOSED;
     bool apart = dot(a.n, b.n) > opposed;
-    for (int c = 0; c < g.m.dim; ++c) apart = apart || a.lo[c] > b.hi[c] + reach || b.lo[c] > a.hi[c] + reach;
-    if (!apart && !all_out_of_range(g.face[j], of.f, reach)) g.facing.push_back({j, reach});
+    for (int c = 0; c < g.m.dim; ++c) apart |= (a.lo[c] > b.hi[c] + reach) | (b.lo[c] > a.hi[c] + reach);
+    g.close[n] = {j, reach};
+    n += !apart;
   }
+  for (int k = 0; k < n; ++k)
+    if (!all_out_of_range(g.face[g.close[k].face], of.f, g.close[k].reach)) g.facing.push_back(g.close[k]);
 }
 
 // heights of n points over face a, 1e300 out of its bounds; n: a multiple of PACK
@@ -531,18 +537,26 @@ void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
   pairs.searched = std::count(state.begin(), state.end(), 2.0);
 }
 
+// no bond meets a face; in the memory of the last search
+void clear_pairs(int nbond, int dim, ContactPairs& p)
+{
+  p.master.off.assign(1, 0);
+  p.master.off.reserve(static_cast<size_t>(nbond) + 1);
+  for (IntVec* v : {&p.master.item, &p.face, &p.wall}) v->clear();
+  for (RealVec* v : {&p.master_w, &p.penalty, &p.friction, &p.stick}) v->clear();
+  p.normal.assign(static_cast<size_t>(nbond) * dim, 0.0);
+  p.gap.assign(nbond, 1e300);
+  for (RealVec* v : {&p.size, &p.rounding, &p.deep}) v->assign(nbond, 0.0);
+  p.near = p.searched = p.skipped = 0;
+}
+
 // scene: null: without general contact, contact points are not counted, and those
 // of other ranks are searched too. Collective
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
             const RealVec& uc, const RealVec& slip, const RealVec& xb, const ContactScene* scene,
             ContactPairs& pairs)
 {
-  pairs = ContactPairs();
-  pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
-  pairs.gap.assign(bonds.nbond, 1e300);
-  pairs.size.assign(bonds.nbond, 0.0);
-  pairs.rounding.assign(bonds.nbond, 0.0);
-  pairs.deep.assign(bonds.nbond, 0.0);
+  clear_pairs(bonds.nbond, m.dim, pairs);
   RealVec state(m.bond.size(), 0.0);
   const int all = model_general_contact(m);
   if (all >= 0 && scene) state[all] = scene->near.item.empty() ? 1.0 : 2.0;
@@ -553,7 +567,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.contact.skin.empty() && bonds.contact.skin_of[first] >= 0;
     if (general && scene) {
-      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, {}, contact_walls(m), {}, {}, {}, 0};
+      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, {}, contact_walls(m), {}, {}, {}, {}, 0};
       search_general(g, first, last, pairs);
     } else if (!general && bonds.side[first] == SIDE_CONTACT) {
       const int d      = bonds.def[first];

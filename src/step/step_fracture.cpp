@@ -490,6 +490,9 @@ void step_undo(Problem& p, UndoPoint& u)
   p.st.log = log;
   elem_refresh(p.d.el);
   if (changed && p.m.part.on) model_owners(frac_gone(p.st.frac), p.piece);
-  if (changed) p.dofs.rows.numbered = false;
+  if (changed) {
+    p.dofs.rows.numbered = false;
+    scene_forget(p.d.scene);
+  }
   p.ready = false;
 }
