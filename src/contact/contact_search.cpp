@@ -421,7 +421,22 @@ bool is_farther(const FaceNow& a, double height, double gap)
   return height > flat + gap || height < -flat - (1.0 + BESIDE * a.tilt) * gap;
 }
 
-// faces that point b meets, the q-th of face i
+// the face whose plane is nearest to the q-th point, -1: it is out of the bounds of all
+int nearest_plane(const GeneralSearch& g, int q)
+{
+  double least = 1e300;
+  int nearest  = -1;
+  for (size_t k = 0; k < g.facing.size(); ++k) {
+    const double height = std::fabs(g.height[k * g.width + q]);
+    if (height >= least) continue;
+    least   = height;
+    nearest = static_cast<int>(k);
+  }
+  return nearest;
+}
+
+// faces that point b meets, the q-th of face i. The face of the nearest plane comes first, since others that
+// are farther then need no projection; the result does not depend on this
 void search_point(GeneralSearch& g, int b, int i, int q, std::vector<Hit>& hits)
 {
   double p[3] = {0, 0, 0};
@@ -429,17 +444,20 @@ void search_point(GeneralSearch& g, int b, int i, int q, std::vector<Hit>& hits)
   hits.clear();
   std::copy_n(&g.xb[b * g.m.dim], g.m.dim, p);
   double least = 1e300;        // |gap| to faces that p lies over
-  for (size_t k = 0; k < g.facing.size(); ++k) {
-    const double height = g.height[k * g.width + q];
-    if (height == 1e300) continue;
+  const int first = nearest_plane(g, q);
+  const auto meet = [&](int k) {
     Hit hit;
     const FaceNow& a = g.face[g.facing[k].face];
-    if (is_farther(a, height, least)) continue;
+    if (is_farther(a, g.height[k * g.width + q], least)) return;
     const Projection found = contact_meet(a.f, p, g.facing[k].reach, hit);
-    if (hit.beside && outside_corner(g, i, hit, p)) continue;
+    if (hit.beside && outside_corner(g, i, hit, p)) return;
     contact_nearer(hit, found, kind, hits);
     if (found == PROJ_OVER) least = std::min(least, std::fabs(hit.gap));
-  }
+  };
+  if (first >= 0) meet(first);
+  for (int k = 0; k < static_cast<int>(g.facing.size()) && first >= 0; ++k)
+    if (k != first && g.height[k * g.width + q] != 1e300) meet(k);
+  std::sort(hits.begin(), hits.end(), [](const Hit& x, const Hit& y) { return x.face->skin < y.face->skin; });
   contact_equal(hits);
   const int met = g.bonds.contact.met[b];
   if (met < 0) return;
