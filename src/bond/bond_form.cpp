@@ -491,12 +491,14 @@ struct KeptBonds {
   std::vector<std::pair<FaceId, int>> face;          // ascending; its first point
 };
 
-KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
+//   in   copies   points of general contact are copied: without them
+KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim, bool copies)
 {
   const ContactState& c = b.contact;
   KeptBonds kept;
   int open = -1;               // face of the points being stored
   for (int q = b.nfixed; q < b.nbond; ++q) {
+    if (copies && c.skin_of[q] >= 0) continue;
     KeptBond k;
     std::copy_n(&l.slip[q * dim], dim, k.slip.begin());
     std::copy_n(&l.lambda[q * dim], dim, k.lambda.begin());
@@ -631,47 +633,174 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 // (test: contact/g6_patch.inp, contact/g6_patch_3d.inp)
 const int SKIN_PARTS[4] = {0, 0, 4, 3};
 
+namespace {
+
+// points of general contact on face s of the skin
+void form_skin_face(BondBuilder& f, const Points& pts, int s)
+{
+  Bonds& b          = f.b;
+  const Model& m    = f.m;
+  const BondDef& d  = m.bond[f.def];
+  const SkinFace& k = b.contact.skin[s];
+  const int elem = k.elem, first = b.nbond,
+            parts          = d.intermediate >= 0 ? d.intermediate + 1 : SKIN_PARTS[m.dim];
+  const FaceNodes face   = face_nodes(m, pts, k.points ? pts.body[elem] : -1, {elem, k.face});
+  const double thickness = m.dim == 2 ? face.thickness : 1.0, penalty = skin_penalty(m, pts, d, k, face);
+  b.contact.skin_penalty[s] = penalty;
+  if (m.part.window && !point_skin_counts(m, pts, k)) return;
+  if (m.part.on)
+    f.name = k.points ? AT_POINTS + face_name(f.def, pts.part.point[elem], k.face)
+                      : face_name(f.def, m.part.elem_number(elem), k.face);
+  for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
+    double N[4] = {0, 0, 0, 0};
+    for (int c = 0; c < face.n; ++c) {
+      N[c] = p.iw[c] / (static_cast<double>(parts) * parts);
+      if (p.iw[c] == 0) continue;
+      b.a.item.push_back(face.node[c]);
+      b.a_w.push_back(N[c]);
+    }
+    const int q = new_bond(f, face, N);
+    b.contact.skin_of[q] = s;
+    if (f.name != NO_NAME) b.name.push_back(f.name++);
+    add_area(f, face, p.xi, 0.5 * p.share * thickness, penalty, q);
+  }
+  finish(f, first);
+}
+
+}  // namespace
+
 void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& b)
 {
   b.contact.skin = skin;
   b.contact.skin_penalty.assign(skin.size(), 0.0);
-  if (skin.empty()) return;
-  const int def      = model_general_contact(m);
-  const BondDef& d   = m.bond[def];
-  const int first    = b.nbond, parts = d.intermediate >= 0 ? d.intermediate + 1 : SKIN_PARTS[m.dim];
-  BondBuilder f{m, b, def, {}};
-  for (size_t s = 0; s < skin.size(); ++s) {
-    const int elem         = skin[s].elem;
-    const FaceNodes face   = face_nodes(m, pts, skin[s].points ? pts.body[elem] : -1, {elem, skin[s].face});
-    const double thickness = m.dim == 2 ? face.thickness : 1.0,
-                 penalty   = skin_penalty(m, pts, d, skin[s], face);
-    b.contact.skin_penalty[s] = penalty;
-    if (m.part.window && !point_skin_counts(m, pts, skin[s])) continue;
-    if (m.part.on)
-      f.name = skin[s].points ? AT_POINTS + face_name(def, pts.part.point[elem], skin[s].face)
-                              : face_name(def, m.part.elem_number(elem), skin[s].face);
-    for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
-      double N[4] = {0, 0, 0, 0};
-      for (int k = 0; k < face.n; ++k) {
-        N[k] = p.iw[k] / (static_cast<double>(parts) * parts);
-        if (p.iw[k] == 0) continue;
-        b.a.item.push_back(face.node[k]);
-        b.a_w.push_back(N[k]);
-      }
-      const int q  = new_bond(f, face, N);
-      b.contact.skin_of[q] = static_cast<int>(s);
-      if (f.name != NO_NAME) b.name.push_back(f.name++);
-      add_area(f, face, p.xi, 0.5 * p.share * thickness, penalty, q);
-    }
-  }
-  finish(f, first);
+  BondBuilder f{m, b, model_general_contact(m), {}};
+  for (size_t s = 0; s < skin.size(); ++s) form_skin_face(f, pts, static_cast<int>(s));
 }
+
+namespace {
+
+// adds items first ... last-1 of from, of some numbers each
+template <class V>
+void add_items(const V& from, int first, int last, int width, V& to)
+{
+  if (to.capacity() < from.size()) to.reserve(from.size() + from.size() / 8);
+  to.insert(to.end(), from.begin() + static_cast<long>(first) * width,
+            from.begin() + static_cast<long>(last) * width);
+}
+
+// adds the bonds first ... last-1 of before
+void copy_bonds(const Bonds& before, int dim, int first, int last, Bonds& b)
+{
+  const ContactState& c = before.contact;
+  ContactState& to      = b.contact;
+  const int shift = static_cast<int>(b.a.item.size()) - before.a.off[first];
+  add_items(before.a.item, before.a.off[first], before.a.off[last], 1, b.a.item);
+  add_items(before.a_w, before.a.off[first], before.a.off[last], 1, b.a_w);
+  for (int q = first; q < last; ++q) b.a.off.push_back(before.a.off[q + 1] + shift);
+  const std::pair<const IntVec*, IntVec*> whole[] = {
+      {&before.def, &b.def}, {&before.side, &b.side}, {&before.field, &b.field}, {&c.met, &to.met},
+      {&before.intermediate, &b.intermediate}, {&c.skin_of, &to.skin_of}, {&c.wall, &to.wall}};
+  const std::pair<const RealVec*, RealVec*> real[] = {
+      {&before.area, &b.area}, {&before.cn, &b.cn}, {&before.ct, &b.ct}, {&c.offset, &to.offset},
+      {&c.initial_penetration, &to.initial_penetration}, {&c.deep, &to.deep}, {&c.friction, &to.friction}};
+  for (const auto& x : whole) add_items(*x.first, first, last, 1, *x.second);
+  for (const auto& x : real) add_items(*x.first, first, last, 1, *x.second);
+  add_items(before.X, first, last, 3, b.X);
+  add_items(before.normal, first, last, dim, b.normal);
+  b.nbond += last - first;
+}
+
+// Points of general contact before their faces change, with their state; one rank
+struct SkinBefore {
+  Bonds b;
+  RealVec slip, lambda, lambda_n;
+  IntVec from;                 // [skin] now: index of the face before, -1: new
+  IntVec first;                // [skin + 1] before: its first point
+  IntVec now;                  // [skin] before: index of the face now, if its point was released too; -1
+};
+
+// the faces of before, and those of the skin now
+void match_skin(const std::vector<SkinFace>& skin, SkinBefore& s)
+{
+  const std::vector<SkinFace>& old = s.b.contact.skin;
+  const auto order = [](const SkinFace& f) { return FaceId{{f.points > 0, f.elem, f.face}}; };
+  s.from.assign(skin.size(), -1);
+  s.now.assign(old.size(), -1);
+  size_t k = 0;
+  for (size_t i = 0; i < skin.size(); ++i) {         // both ascending
+    while (k < old.size() && order(old[k]) < order(skin[i])) ++k;
+    if (k == old.size() || order(old[k]) != order(skin[i])) continue;
+    s.now[k] = static_cast<int>(i);
+    if (old[k] == skin[i]) s.from[i] = static_cast<int>(k);
+  }
+  s.first.assign(old.size() + 1, s.b.nbond);
+  for (int q = s.b.nbond - 1; q >= s.b.nfixed && s.b.contact.skin_of[q] >= 0; --q)
+    s.first[s.b.contact.skin_of[q]] = q;
+}
+
+// moves all bonds to s, and leaves those of the deck; skin: its faces now
+void take_skin(const std::vector<SkinFace>& skin, int dim, Bonds& b, Level& l, SkinBefore& s)
+{
+  std::swap(s.b, b);
+  s.slip.swap(l.slip);
+  s.lambda.swap(l.lambda);
+  s.lambda_n.swap(l.lambda_n);
+  match_skin(skin, s);
+  b.nfixed = s.b.nfixed;
+  copy_bonds(s.b, dim, 0, s.b.nfixed, b);
+  add_items(s.slip, 0, s.b.nfixed, dim, l.slip);
+  add_items(s.lambda, 0, s.b.nfixed, dim, l.lambda);
+  add_items(s.lambda_n, 0, s.b.nfixed, 1, l.lambda_n);
+}
+
+// adds the points of face k before to b, with their state; i: the face now
+void copy_skin_face(const SkinBefore& s, int dim, int k, int i, Bonds& b, Level& l)
+{
+  const int at = b.nbond, first = s.first[k], last = s.first[k + 1];
+  copy_bonds(s.b, dim, first, last, b);
+  b.contact.skin_penalty[i] = s.b.contact.skin_penalty[k];
+  for (int q = at; q < b.nbond; ++q) {
+    int& met = b.contact.met[q];
+    b.contact.skin_of[q] = i;
+    if (met >= 0) met = s.now[met];
+  }
+  add_items(s.slip, first, last, dim, l.slip);
+  add_items(s.lambda, first, last, dim, l.lambda);
+  add_items(s.lambda_n, first, last, 1, l.lambda_n);
+}
+
+// points of general contact: those of faces that stay keep their state; one rank
+//   inout  fresh   new points are added
+void renew_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, const SkinBefore& s,
+                Bonds& b, Level& l, IntVec& fresh)
+{
+  b.contact.skin = skin;
+  b.contact.skin_penalty.assign(skin.size(), 0.0);
+  BondBuilder f{m, b, model_general_contact(m), {}};
+  for (int i = 0; i < static_cast<int>(skin.size()); ++i) {
+    if (s.from[i] >= 0) {
+      copy_skin_face(s, m.dim, s.from[i], i, b, l);
+      continue;
+    }
+    const int first = b.nbond;
+    form_skin_face(f, pts, i);
+    for (int q = first; q < b.nbond; ++q) fresh.push_back(q);
+    l.slip.resize(static_cast<size_t>(b.nbond) * m.dim, 0.0);
+    l.lambda.resize(static_cast<size_t>(b.nbond) * m.dim, 0.0);
+    l.lambda_n.resize(b.nbond, 0.0);
+  }
+}
+
+}  // namespace
 
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
                     const IntVec& node_lost, const std::vector<SkinFace>& skin, Bonds& b, Level& l)
 {
   const int dim = m.dim;
-  const KeptBonds kept = keep_bonds(b, l, dim);
+  const bool copies = !m.part.on && !b.contact.skin.empty();
+  const KeptBonds kept = keep_bonds(b, l, dim, copies);
+  SkinBefore before;
+  if (copies) take_skin(skin, dim, b, l, before);
   shrink_slaves(m, pts, b, l);
   for (int q = 0; q < b.nfixed; ++q)
     for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k) {
@@ -680,7 +809,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
       for (int i = 0; i < dim; ++i) l.lambda[q * dim + i] = 0.0;
       l.lambda_n[q] = 0.0;
     }
-  cut_bonds(b, dim, b.nfixed);
+  if (!copies) cut_bonds(b, dim, b.nfixed);
   for (size_t k = 0; k < face.size();) {             // faces are sorted by definition
     const int def = face[k].def, first = b.nbond;
     BondBuilder f{m, b, def, {}};
@@ -700,6 +829,8 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
     }
     finish(f, first);
   }
-  bond_skin(m, pts, skin, b);
-  return restore_bonds(dim, kept, b, l);
+  if (!copies) bond_skin(m, pts, skin, b);
+  IntVec fresh = restore_bonds(dim, kept, b, l);
+  if (copies) renew_skin(m, pts, skin, before, b, l, fresh);
+  return fresh;
 }

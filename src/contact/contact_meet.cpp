@@ -20,6 +20,9 @@ const double HELD2   = 1.0;
 // are equal. Each alone is enough for Contact.RoundingIsNoPenetration  (no test)
 const double ROUNDING = 1e-12, DIGITS = 8.0 * std::numeric_limits<double>::epsilon();
 
+// height of slivers, relative to the size of their face  (test: contact/thin_plates.inp)
+const double SLIVER = 0.1;
+
 double largest_coordinate(const MasterFace& f)
 {
   double largest = 0.0;
@@ -27,9 +30,9 @@ double largest_coordinate(const MasterFace& f)
   return largest;
 }
 
-// Height of the element at t = 0 over its face out: mean distance of its other corners. Slivers with a node
-// over the face, which say little about the thickness of the body, count as a tenth of the size
-double height_at_start(const Model& m, const Points& pts, bool body, int elem, const MasterFace& out)
+}  // namespace
+
+FaceHeight face_height(const Model& m, const Points& pts, bool body, int elem, const MasterFace& out)
 {
   const ShapeInfo& info = shape_info[body ? pts.shape[elem] : elem_table[m.mesh.elem_type[elem]].shape];
   const int* conn       = body ? pts.conn.begin(elem) : m.mesh.conn.begin(elem);
@@ -49,13 +52,15 @@ double height_at_start(const Model& m, const Points& pts, bool body, int elem, c
     sum += centre - (p[0] * n[0] + p[1] * n[1] + p[2] * n[2]);
     ++others;
   }
-  const double height = sum / (others * norm);
-  return others < out.n ? std::max(height, 0.1 * out.size) : height;
+  return {sum / (others * norm), others < out.n};
 }
+
+namespace {
 
 // move(k): displacement k of the nodes or the corners
 template <class Move>
-MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, Move move)
+MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, Move move,
+                   const FaceHeight* known)
 {
   MasterFace out;
   const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
@@ -78,7 +83,9 @@ MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, 
     const double *a = out.x + 3 * k, *b = out.x + 3 * ((k + 1) % out.n);
     out.size = std::max(out.size, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
   }
-  out.deepest  = std::min(CONTACT_DEEPEST * out.size, height_at_start(m, pts, body, f.elem, out));
+  const FaceHeight h = known ? *known : face_height(m, pts, body, f.elem, out);
+  const double height = h.sliver ? std::max(h.mean, SLIVER * out.size) : h.mean;
+  out.deepest  = std::min(CONTACT_DEEPEST * out.size, height);
   out.rounding = ROUNDING * out.size + DIGITS * largest_coordinate(out);
   return out;
 }
@@ -86,15 +93,15 @@ MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, 
 }  // namespace
 
 MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
-                       const RealVec& uc)
+                       const RealVec& uc, const FaceHeight* height)
 {
   const RealVec& moved = body ? uc : u;
-  return face_of(m, pts, body, f, [&](int k) { return moved[k]; });
+  return face_of(m, pts, body, f, [&](int k) { return moved[k]; }, height);
 }
 
 MasterFace face_at_start(const Model& m, const Points& pts, bool body, const Face& f)
 {
-  return face_of(m, pts, body, f, [](int) { return 0.0; });
+  return face_of(m, pts, body, f, [](int) { return 0.0; }, nullptr);
 }
 
 void face_middle(const MasterFace& f, double* x, double* n)

@@ -25,9 +25,20 @@ struct MasterFace {
   int skin = -1;               // general contact: index into the skin
 };
 
-// master_face : the face f in its present position; body: of a point, otherwise of a finite element
+// Height of an element over its face at t = 0, mean distance of its other corners; sliver: with a node over
+// the face, which says little about the thickness of the body
+struct FaceHeight {
+  double mean = 0.0;
+  bool sliver = false;
+};
+
+// face_height : of the element or point with the face out
+FaceHeight face_height(const Model& m, const Points& pts, bool body, int elem, const MasterFace& out);
+
+// master_face : the face f in its present position; body: of a point, otherwise of a finite element; height:
+// null: computed
 MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
-                       const RealVec& uc);
+                       const RealVec& uc, const FaceHeight* height = nullptr);
 
 // face_at_start : the face at t = 0
 MasterFace face_at_start(const Model& m, const Points& pts, bool body, const Face& f);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <tuple>
 
 #include "base/comm.h"
 #include "base/forest.h"
@@ -23,6 +25,8 @@ const double SCENE_MARGIN = 0.25;
 // away, is the back of its own body (theory 4.3)  (no test)
 const double BACK       = 1e-6;
 const double BACK_REACH = 2.0;
+// ContactScene::body of points of the deck: added to their grid field
+const int OF_GRID = std::numeric_limits<int>::min();
 
 // parts of the mesh at t = 0 that share nodes, by node. Collective with a divided model.
 IntVec parts_of_mesh(const Mesh& mesh, const MeshPart& part)
@@ -111,29 +115,63 @@ bool allowed(const BondDef& d, SideBits x, SideBits y)
   return in && !out;
 }
 
+// [now] index of each face in the faces before, -1: new; both ascending, those of elements first
+IntVec faces_before(const std::vector<SkinFace>& before, const std::vector<SkinFace>& now)
+{
+  const auto order = [](const SkinFace& f) { return std::make_tuple(f.points > 0, f.elem, f.face); };
+  IntVec from(now.size(), -1);
+  size_t k = 0;
+  for (size_t i = 0; i < now.size(); ++i) {
+    while (k < before.size() && order(before[k]) < order(now[i])) ++k;
+    if (k < before.size() && before[k] == now[i]) from[i] = static_cast<int>(k);
+  }
+  return from;
+}
+
+// position of face i at t = 0
+void take_start(const Model& m, const Points& pts, const SkinFace& f, ContactScene& s)
+{
+  const MasterFace at_start = face_at_start(m, pts, f.points, {f.elem, f.face});
+  double X[3], n[3];
+  face_middle(at_start, X, n);
+  s.X.insert(s.X.end(), X, X + 3);
+  s.normal.insert(s.normal.end(), n, n + 3);
+  s.size.push_back(at_start.size);
+  s.height.push_back(face_height(m, pts, f.points, f.elem, at_start));
+}
+
+// the same as that of face k before
+void copy_start(const ContactScene& before, int k, ContactScene& s)
+{
+  const auto at = static_cast<long>(3) * k;
+  s.X.insert(s.X.end(), before.X.begin() + at, before.X.begin() + at + 3);
+  s.normal.insert(s.normal.end(), before.normal.begin() + at, before.normal.begin() + at + 3);
+  s.size.push_back(before.size[k]);
+  s.height.push_back(before.height[k]);
+}
+
 // the data of the faces that do not depend on their motion
-void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScene& s)
+//   in   before, from   faces_before
+void describe(const Model& m, const Points& pts, const Bonds& bonds, const ContactScene& before,
+              const IntVec& from, ContactScene& s)
 {
   const BondDef& d = m.bond[model_general_contact(m)];
-  IntVec part      = std::move(s.part_of_node);
   std::vector<SideFaces> side;           // two a rule
   each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits, SideBits) {
     side.push_back(side_faces(m, pts, r.a));
     side.push_back(side_faces(m, pts, r.b));
   });
-  s = ContactScene();
-  s.part_of_node = std::move(part);
-  s.skin         = bonds.contact.skin;
+  s.skin = bonds.contact.skin;
   IntVec outer(pts.npoint, 0);           // faces of a point in the skin
   for (const SkinFace& f : s.skin)
     if (f.points) ++outer[f.elem];
-  for (const SkinFace& f : s.skin) {
-    const MasterFace at_start = face_at_start(m, pts, f.points, {f.elem, f.face});
+  for (size_t i = 0; i < s.skin.size(); ++i) {
+    const SkinFace& f = s.skin[i];
     const int element = f.element(pts);
     s.field.push_back(grid_field(pts, f));
     if (f.points && pts.released[f.elem]) s.body.push_back(-1 - f.elem);       // a body by itself
     else if (element >= 0) s.body.push_back(s.part_of_node[m.mesh.conn.begin(element)[0]]);
-    else s.body.push_back(-1 - pts.npoint - m.body[pts.body[f.elem]].field);
+    else s.body.push_back(OF_GRID + m.body[pts.body[f.elem]].field);
     s.alone.push_back(f.points && outer[f.elem] == shape_info[pts.shape[f.elem]].nface);
     SideBits sides = 0;
     auto faces = side.begin();
@@ -142,11 +180,8 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
       if (on_side(m, pts, f, r.b, *faces++)) sides |= b;
     });
     s.sides.push_back(sides);
-    double X[3], n[3];
-    face_middle(at_start, X, n);
-    s.X.insert(s.X.end(), X, X + 3);
-    s.normal.insert(s.normal.end(), n, n + 3);
-    s.size.push_back(at_start.size);
+    if (from[i] < 0) take_start(m, pts, f, s);
+    else copy_start(before, from[i], s);
   }
 }
 
@@ -188,6 +223,38 @@ double mean_of(const RealVec& size)
   return mean;
 }
 
+// face i at the displacements of the lists, enlarged by half of the search range
+BoundingBox reach_of(const Model& m, const Points& pts, const ContactScene& s, int i)
+{
+  const SkinFace& k  = s.skin[i];
+  const MasterFace f = master_face(m, pts, k.points, {k.elem, k.face}, s.u, s.uc, &s.height[i]);
+  BoundingBox box;
+  box_take(box, f.lo, f.hi);
+  box_grow(box, s.part * f.size + 0.5 * (s.max_travel + s.margin));
+  return box;
+}
+
+// Faces that follow each other in the skin are mostly close: they search the tree together, up to GROUP of
+// them while their box is not larger than SPREAD of the first one: time only  (no test)
+const int GROUP     = 8;
+const double SPREAD = 2.0;
+
+// the box of the faces from i to end - 1
+BoundingBox box_of_group(const ContactScene& s, int i, int& end)
+{
+  const BoundingBox& one = s.box[i];
+  BoundingBox all = one;
+  for (end = i + 1; end < static_cast<int>(s.box.size()) && end < i + GROUP; ++end) {
+    BoundingBox more = all;
+    bool close = true;
+    box_take(more, s.box[end].lo, s.box[end].hi);
+    for (int k = 0; k < 3; ++k) close = close && more.hi[k] - more.lo[k] <= SPREAD * (one.hi[k] - one.lo[k]);
+    if (!close) break;
+    all = more;
+  }
+  return all;
+}
+
 void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, ContactScene& s)
 {
   const BondDef& d = m.bond[model_general_contact(m)];
@@ -195,22 +262,129 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
   s.margin = SCENE_MARGIN * mean_of(s.size);
   s.u  = u;
   s.uc = uc;
-  std::vector<BoundingBox> box;
-  for (const NearFace& f : near_faces(m, pts, s.skin, u, uc, {s.part, s.max_travel, s.margin}))
-    box.push_back(f.box);
-  const BoxTree tree(box);
+  s.box.clear();
+  for (int i = 0; i < n; ++i) s.box.push_back(reach_of(m, pts, s, i));
+  const BoxTree tree(s.box);
   s.near = ListTable();
   IntVec found;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0, end; i < n; i = end) {
     found.clear();
-    tree.overlap(box[i], found);
+    tree.overlap(box_of_group(s, i, end), found);
+    std::sort(found.begin(), found.end());
+    for (int k = i; k < end; ++k) {
+      for (int j : found)
+        if (boxes_meet(s.box[k], s.box[j]) && may_meet(d, s, k, j)) s.near.item.push_back(j);
+      s.near.off.push_back(static_cast<int>(s.near.item.size()));
+    }
+  }
+  ++s.built;
+}
+
+// Pairs of new faces with all others that may meet; the first of a pair: the face with the list
+std::vector<std::pair<int, int>> pairs_of_new(const BondDef& d, const IntVec& from, const ContactScene& s)
+{
+  std::vector<std::pair<int, int>> pair;
+  std::vector<BoundingBox> box;
+  IntVec fresh, found;
+  for (size_t i = 0; i < from.size(); ++i) {
+    if (from[i] >= 0) continue;
+    fresh.push_back(static_cast<int>(i));
+    box.push_back(s.box[i]);
+  }
+  const BoxTree tree(box);
+  for (int i = 0; i < static_cast<int>(from.size()); ++i) {
+    found.clear();
+    tree.overlap(s.box[i], found);
+    for (int k : found) {
+      const int j = fresh[k];
+      if (may_meet(d, s, i, j)) pair.emplace_back(i, j);
+      if (from[i] >= 0 && may_meet(d, s, j, i)) pair.emplace_back(j, i);
+    }
+  }
+  std::sort(pair.begin(), pair.end());
+  return pair;
+}
+
+// near where faces were added or removed, at the displacements of the lists
+//   in   before, from   faces_before
+void renew_near(const Model& m, const Points& pts, const RealVec& uc, const ContactScene& before,
+                const IntVec& from, ContactScene& s)
+{
+  const int n = static_cast<int>(s.skin.size());
+  s.uc.insert(s.uc.end(), uc.begin() + static_cast<long>(s.uc.size()), uc.end());
+  IntVec now(before.skin.size(), -1);
+  for (int i = 0; i < n; ++i) {
+    if (from[i] >= 0) now[from[i]] = i;
+    s.box.push_back(from[i] >= 0 ? before.box[from[i]] : reach_of(m, pts, s, i));
+  }
+  const std::vector<std::pair<int, int>> pair = pairs_of_new(m.bond[model_general_contact(m)], from, s);
+  auto next = pair.begin();
+  s.near.item.reserve(before.near.item.size() + pair.size());
+  for (int i = 0; i < n; ++i) {
     const auto first = static_cast<long>(s.near.item.size());
-    for (int j : found)
-      if (may_meet(d, s, i, j)) s.near.item.push_back(j);
-    std::sort(s.near.item.begin() + first, s.near.item.end());
+    for (int k = 0; from[i] >= 0 && k < before.near.count(from[i]); ++k)
+      if (now[before.near.begin(from[i])[k]] >= 0) s.near.item.push_back(now[before.near.begin(from[i])[k]]);
+    const auto middle = static_cast<long>(s.near.item.size());
+    for (; next != pair.end() && next->first == i; ++next) s.near.item.push_back(next->second);
+    std::inplace_merge(s.near.item.begin() + first, s.near.item.begin() + middle, s.near.item.end());
     s.near.off.push_back(static_cast<int>(s.near.item.size()));
   }
   ++s.built;
+}
+
+// nodes and corners of the faces
+void take_nodes(const Model& m, const Points& pts, ContactScene& s)
+{
+  std::vector<char> node(m.mesh.nnode(), 0), corner(pts.ncorner, 0);
+  for (const SkinFace& f : s.skin) {
+    const ShapeInfo& info =
+        shape_info[f.points ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
+    const int* conn = f.points ? pts.conn.begin(f.elem) : m.mesh.conn.begin(f.elem);
+    for (int k = 0; k < info.nfnode[f.face]; ++k) (f.points ? corner : node)[conn[info.face[f.face][k]]] = 1;
+  }
+  for (size_t n = 0; n < node.size(); ++n)
+    if (node[n]) s.node.push_back(static_cast<int>(n));
+  for (size_t c = 0; c < corner.size(); ++c)
+    if (corner[c]) s.corner.push_back(static_cast<int>(c));
+}
+
+// largest distance between positions a and b of the items of a list, those that a has
+double way_of(int dim, const IntVec& list, const RealVec& a, const RealVec& b)
+{
+  double largest = 0.0;
+  for (int n : list) {
+    double way = 0.0;
+    if (static_cast<size_t>(n) * dim >= a.size()) break;
+    for (int k = n * dim; k < (n + 1) * dim; ++k) way += (a[k] - b[k]) * (a[k] - b[k]);
+    largest = std::max(largest, way);
+  }
+  return std::sqrt(largest);
+}
+
+// the faces have changed. Returns index of each in the faces before whose list of near faces holds, -1: new
+//   in   keeps   faces with equal numbers are the same
+IntVec take_faces(const Model& m, const Points& pts, const Bonds& bonds, bool keeps, ContactScene& before,
+                  ContactScene& s)
+{
+  std::swap(before, s);
+  s.part_of_node.swap(before.part_of_node);
+  s.u.swap(before.u);
+  s.uc.swap(before.uc);
+  s.margin     = before.margin;
+  s.part       = before.part;
+  s.max_travel = before.max_travel;
+  s.built      = before.built;
+  IntVec from(bonds.contact.skin.size(), -1);
+  if (keeps) from = faces_before(before.skin, bonds.contact.skin);
+  describe(m, pts, bonds, before, from, s);
+  take_nodes(m, pts, s);
+  for (size_t i = 0; i < from.size(); ++i) {         // pairs of bodies and rules
+    const int k = from[i];
+    const bool meets = k >= 0 && s.field[i] == before.field[k] && s.body[i] == before.body[k] &&
+                       s.sides[i] == before.sides[k];
+    if (!meets) from[i] = -1;
+  }
+  return from;
 }
 
 }  // namespace
@@ -225,22 +399,29 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
 {
   if (model_general_contact(m) < 0) return;
   const double part = is_static ? REACH_STATIC : REACH_MOTION;
-  const long built  = s.built;
   if (s.part_of_node.empty()) s.part_of_node = parts_of_mesh(m.mesh, m.part);
   // the conversion of elements inside a body adds corners, but does not change the skin
   const bool same = s.skin == bonds.contact.skin && s.uc.size() == uc.size() && s.built > 0;
-  if (!same) {
-    describe(m, pts, bonds, s);
-    s.built = built;
-  }
+  const bool keeps = !m.part.on && !s.skin.empty() && s.u.size() == u.size() && s.uc.size() <= uc.size();
+  ContactScene before;
+  IntVec from;
+  if (!same) from = take_faces(m, pts, bonds, keeps, before, s);
   const bool reaches = part == s.part && travel <= s.max_travel;
   s.part   = part;
   s.travel = travel;
-  if (same && reaches &&
-      2.0 * std::max(contact_largest_way(m.dim, u, s.u), contact_largest_way(m.dim, uc, s.uc)) < s.margin)
+  if (reaches && (same || keeps) &&
+      2.0 * std::max(way_of(m.dim, s.node, s.u, u), way_of(m.dim, s.corner, s.uc, uc)) < s.margin) {
+    if (!same) renew_near(m, pts, uc, before, from, s);
     return;
+  }
   s.max_travel = 1.5 * travel; // margin for growing increments
   find_near(m, pts, u, uc, s);
+}
+
+void scene_forget(ContactScene& s)
+{
+  s.skin.clear();
+  s.box.clear();
 }
 
 double scene_reach(const MeshPart& part, const ContactScene& s)

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "base/box_tree.h"
 #include "contact/contact_meet.h"
 
 using SideBits = std::uint64_t;
@@ -20,23 +21,29 @@ struct ContactScene {
   std::vector<char> alone;     // [skin] its point has only outer faces
   std::vector<SideBits> sides; // [skin] bits: sides of rules that include the face
   RealVec X, normal, size;     // [skin*3], [skin*3], [skin] centre, unit normal, longest edge at t = 0
-  // near faces, found at the displacements u, uc
+  std::vector<FaceHeight> height;        // [skin] of its element or point
+  IntVec node, corner;         // nodes and corners of the faces, ascending
+  // near faces, found at the displacements u, uc; corners that conversion added: where they were then
   ListTable near;              // [skin]
+  std::vector<BoundingBox> box;          // [skin] face there, enlarged by half of the search range
   RealVec u, uc;
   double margin = 0.0;         // near holds for motions below half of it             length
   double part = 0.0, travel = 0.0;     // present reach: fraction of the size of both faces, motion of points
   double max_travel = 0.0;     // travel for which near holds; contact depends on the present reach only
-  long built = 0;              // number of times near was built
+  long built = 0;              // number of times near has changed
 };
 
 // contact_largest_way : largest distance between positions a and b [n*dim]
 double contact_largest_way(int dim, const RealVec& a, const RealVec& b);
 
-// scene_update : rebuilds near when the faces have changed, or have moved too far. Collective
-// with a divided model.
+// scene_update : rebuilds near when faces have moved too far, and renews lists of faces that have changed.
+// Collective with a divided model.
 //   in   travel  motion of a point in the increment; is_static: reach of a face size, not of a quarter of it
 void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                   bool is_static, double travel, ContactScene& scene);
+
+// scene_forget : points, and with them faces, may have other numbers: nothing of the faces is kept
+void scene_forget(ContactScene& scene);
 
 // scene_reach : distance by which two faces of any rank may approach in an increment without being missed.
 // Collective with MeshPart::window.                                                                length

@@ -309,7 +309,7 @@ struct GeneralSearch {
   std::vector<FaceBox> box;          // [skin]
   std::vector<ContactWall> wall;
   // of the face whose points are searched for
-  std::vector<Facing> facing;
+  std::vector<Facing> facing, close;     // close: by their boxes
   RealVec x;                         // [3][width] their positions
   RealVec height;                    // [facing][width] heights over the face; 1e300: out of its bounds
   int width = 0;                     // number of points, rounded up
@@ -320,7 +320,7 @@ const FaceNow& face_now(GeneralSearch& g, int i)
   FaceNow& a = g.face[i];
   if (a.f.n) return a;
   const SkinFace& s = g.scene.skin[i];
-  a.f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc);
+  a.f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc, &g.scene.height[i]);
   a.f.skin = i;
   face_middle(a.f, a.x, a.n);
   take_bounds(a);
@@ -345,15 +345,21 @@ void find_facing(GeneralSearch& g, int i)
   if (g.scene.near.count(i) == 0) return;
   const FaceNow& of = face_now(g, i);
   const FaceBox a   = g.box[i];
-  for (int k = g.scene.near.off[i]; k < g.scene.near.off[i + 1]; ++k) {
-    const int j = g.scene.near.item[k];
+  const int *near = g.scene.near.begin(i), count = g.scene.near.count(i);
+  g.close.resize(count);
+  int n = 0;
+  for (int k = 0; k < count; ++k) {      // without branches, which would be mispredicted
+    const int j = near[k];
     const FaceBox& b     = box_now(g, j);
     const double reach   = g.scene.part * (a.size + b.size) + g.scene.travel;
-    const double opposed = g.scene.alone[i] || g.scene.alone[j] ? OPPOSED_ALONE : OPPOSED;
+    const double opposed = g.scene.alone[i] | g.scene.alone[j] ? OPPOSED_ALONE : OPPOSED;
     bool apart = dot(a.n, b.n) > opposed;
-    for (int c = 0; c < g.m.dim; ++c) apart = apart || a.lo[c] > b.hi[c] + reach || b.lo[c] > a.hi[c] + reach;
-    if (!apart && !all_out_of_range(g.face[j], of.f, reach)) g.facing.push_back({j, reach});
+    for (int c = 0; c < g.m.dim; ++c) apart |= (a.lo[c] > b.hi[c] + reach) | (b.lo[c] > a.hi[c] + reach);
+    g.close[n] = {j, reach};
+    n += !apart;
   }
+  for (int k = 0; k < n; ++k)
+    if (!all_out_of_range(g.face[g.close[k].face], of.f, g.close[k].reach)) g.facing.push_back(g.close[k]);
 }
 
 // heights of n points over face a, 1e300 out of its bounds; n: a multiple of PACK
@@ -415,7 +421,22 @@ bool is_farther(const FaceNow& a, double height, double gap)
   return height > flat + gap || height < -flat - (1.0 + BESIDE * a.tilt) * gap;
 }
 
-// faces that point b meets, the q-th of face i
+// the face whose plane is nearest to the q-th point, -1: it is out of the bounds of all
+int nearest_plane(const GeneralSearch& g, int q)
+{
+  double least = 1e300;
+  int nearest  = -1;
+  for (size_t k = 0; k < g.facing.size(); ++k) {
+    const double height = std::fabs(g.height[k * g.width + q]);
+    if (height >= least) continue;
+    least   = height;
+    nearest = static_cast<int>(k);
+  }
+  return nearest;
+}
+
+// faces that point b meets, the q-th of face i. The face of the nearest plane comes first, since others that
+// are farther then need no projection; the result does not depend on this
 void search_point(GeneralSearch& g, int b, int i, int q, std::vector<Hit>& hits)
 {
   double p[3] = {0, 0, 0};
@@ -423,17 +444,20 @@ void search_point(GeneralSearch& g, int b, int i, int q, std::vector<Hit>& hits)
   hits.clear();
   std::copy_n(&g.xb[b * g.m.dim], g.m.dim, p);
   double least = 1e300;        // |gap| to faces that p lies over
-  for (size_t k = 0; k < g.facing.size(); ++k) {
-    const double height = g.height[k * g.width + q];
-    if (height == 1e300) continue;
+  const int first = nearest_plane(g, q);
+  const auto meet = [&](int k) {
     Hit hit;
     const FaceNow& a = g.face[g.facing[k].face];
-    if (is_farther(a, height, least)) continue;
+    if (is_farther(a, g.height[k * g.width + q], least)) return;
     const Projection found = contact_meet(a.f, p, g.facing[k].reach, hit);
-    if (hit.beside && outside_corner(g, i, hit, p)) continue;
+    if (hit.beside && outside_corner(g, i, hit, p)) return;
     contact_nearer(hit, found, kind, hits);
     if (found == PROJ_OVER) least = std::min(least, std::fabs(hit.gap));
-  }
+  };
+  if (first >= 0) meet(first);
+  for (int k = 0; k < static_cast<int>(g.facing.size()) && first >= 0; ++k)
+    if (k != first && g.height[k * g.width + q] != 1e300) meet(k);
+  std::sort(hits.begin(), hits.end(), [](const Hit& x, const Hit& y) { return x.face->skin < y.face->skin; });
   contact_equal(hits);
   const int met = g.bonds.contact.met[b];
   if (met < 0) return;
@@ -531,18 +555,26 @@ void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
   pairs.searched = std::count(state.begin(), state.end(), 2.0);
 }
 
+// no bond meets a face; in the memory of the last search
+void clear_pairs(int nbond, int dim, ContactPairs& p)
+{
+  p.master.off.assign(1, 0);
+  p.master.off.reserve(static_cast<size_t>(nbond) + 1);
+  for (IntVec* v : {&p.master.item, &p.face, &p.wall}) v->clear();
+  for (RealVec* v : {&p.master_w, &p.penalty, &p.friction, &p.stick}) v->clear();
+  p.normal.assign(static_cast<size_t>(nbond) * dim, 0.0);
+  p.gap.assign(nbond, 1e300);
+  for (RealVec* v : {&p.size, &p.rounding, &p.deep}) v->assign(nbond, 0.0);
+  p.near = p.searched = p.skipped = 0;
+}
+
 // scene: null: without general contact, contact points are not counted, and those
 // of other ranks are searched too. Collective
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
             const RealVec& uc, const RealVec& slip, const RealVec& xb, const ContactScene* scene,
             ContactPairs& pairs)
 {
-  pairs = ContactPairs();
-  pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
-  pairs.gap.assign(bonds.nbond, 1e300);
-  pairs.size.assign(bonds.nbond, 0.0);
-  pairs.rounding.assign(bonds.nbond, 0.0);
-  pairs.deep.assign(bonds.nbond, 0.0);
+  clear_pairs(bonds.nbond, m.dim, pairs);
   RealVec state(m.bond.size(), 0.0);
   const int all = model_general_contact(m);
   if (all >= 0 && scene) state[all] = scene->near.item.empty() ? 1.0 : 2.0;
@@ -553,7 +585,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.contact.skin.empty() && bonds.contact.skin_of[first] >= 0;
     if (general && scene) {
-      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, {}, contact_walls(m), {}, {}, {}, 0};
+      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, {}, contact_walls(m), {}, {}, {}, {}, 0};
       search_general(g, first, last, pairs);
     } else if (!general && bonds.side[first] == SIDE_CONTACT) {
       const int d      = bonds.def[first];

@@ -21,6 +21,17 @@ ListTable elements_around(const Mesh& mesh, const Elements& el)
   });
 }
 
+// [nnode] number of present elements at each node
+RealVec elements_at(const Mesh& mesh, const Elements& el)
+{
+  RealVec count(mesh.nnode(), 0.0);
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live)
+      for (int k = mesh.conn.off[b.elem[slot]]; k < mesh.conn.off[b.elem[slot] + 1]; ++k)
+        count[mesh.conn.item[k]] += 1.0;
+  return count;
+}
+
 // calls use(neighbour) for the nodes of the elements of node n
 template <class Use>
 void each_neighbour(const Mesh& mesh, const ListTable& around, int n, Use use)
@@ -64,22 +75,29 @@ void order_from_border(const Model& m, const ListTable& around, IntVec& order)
   far_first(m.mesh.nnode(), border, [&](int n, auto use) { each_neighbour(m.mesh, around, n, use); }, order);
 }
 
-// rows of finite-element nodes: the nodes of present elements
-void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
+// rows of finite-element nodes: the nodes of present elements; lean: no matrix is factorised, and in the
+// order of the mesh nodes are read in sequence
+void number_nodes(const Model& m, const State& st, const Elements& el, bool lean, Dofs& s)
 {
-  if (s.rows.numbered) return;
-  s.rows.numbered    = true;
-  const ListTable around = elements_around(m.mesh, el);
-  s.rows.node_of_row = order_nodes(m.mesh, st.bonds, st.points, around);
-  if (m.part.on) order_from_border(m, around, s.rows.node_of_row);
+  if (s.rows.numbered && lean == s.pattern.lean) return;
+  s.rows.numbered = true;
+  RealVec elements = elements_at(m.mesh, el);
+  s.rows.node_of_row.clear();
+  if (lean) {
+    for (int n = 0; n < m.mesh.nnode(); ++n)
+      if (elements[n] > 0.0) s.rows.node_of_row.push_back(n);
+  } else {
+    const ListTable around = elements_around(m.mesh, el);
+    s.rows.node_of_row = order_nodes(m.mesh, st.bonds, st.points, around);
+    if (m.part.on) order_from_border(m, around, s.rows.node_of_row);
+  }
   s.bound.bare.assign(s.rows.node_of_row.size(), 0);
-  RealVec elements(m.mesh.nnode());                // around a node, of all ranks
-  for (int n = 0; n < m.mesh.nnode(); ++n) elements[n] = around.count(n);
-  if (m.part.tied) halo_sum(m.part.halo, 1, elements);
   std::vector<char> known(m.mesh.nnode(), 0);      // nodes of equations without elements come last
+  for (int n : s.rows.node_of_row) known[n] = 1;
+  if (m.part.tied) halo_sum(m.part.halo, 1, elements);
   for (const Equation& e : m.equation)
     for (const EquationTerm& t : e.term) {
-      if (around.count(t.node) || known[t.node]) continue;
+      if (known[t.node]) continue;
       known[t.node] = 1;
       s.rows.node_of_row.push_back(t.node);
       s.bound.bare.push_back(elements[t.node] == 0.0);
@@ -383,10 +401,10 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
 {
   const bool first = !s.rows.numbered;
   const int before = s.rows.nrow;
+  const bool lean  = step.explicit_steps() && comm_size() == 1;
   s.rows.dim = m.dim;
-  number_nodes(m, st, d.el, s);
+  number_nodes(m, st, d.el, lean, s);
   bool fresh = m.part.on && add_guests(m, st.bonds, d, s);
-  const bool lean = step.explicit_steps() && comm_size() == 1;
   fresh  = fresh || s.pattern.lean != lean || s.rows.lumps != step.explicit_steps();
   s.pattern.lean = lean;
   s.rows.lumps   = step.explicit_steps();

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -153,9 +154,13 @@ bool must_release(const Model& m, const FracMesh& fm, const Points& pts, const R
   const double release = m.conversion[fm.conv[pts.parent[p]]].release,
                limit   = pts.released[p] ? std::max(release, RESHAPE) : release;
   if (release == 0.0) return false;
-  const Eigen::Matrix3d F = point_gradient(pts, m.dim, uc, p);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C(F.transpose() * F, Eigen::EigenvaluesOnly);
-  return C.eigenvalues()[2] > limit * limit || F.determinant() < 1.0 / limit;
+  const Eigen::Matrix3d F = point_gradient(pts, m.dim, uc, p), C = F.transpose() * F;
+  if (F.determinant() < 1.0 / limit) return true;
+  // the largest eigenvalue is at most mean + 2 norm of the deviator / sqrt(6)
+  const double mean = C.trace() / 3.0, beyond = (C - mean * Eigen::Matrix3d::Identity()).norm();
+  if (mean + 2.0 / std::sqrt(6.0) * beyond < (1.0 - 1e-9) * limit * limit) return false;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> own(C, Eigen::EigenvaluesOnly);
+  return own.eigenvalues()[2] > limit * limit;
 }
 
 // Released points on this rank, and their position in the list of all ranks

@@ -128,16 +128,24 @@ void jump_forces(Problem& p, RealVec& force)
   if (p.m.part.around.on()) halo_numbers(p.m.part.halo, dim, p.st.n.a);
 }
 
+// energies of all elements at t(n) that were intact before something broke are in energy, not empty
+void update_ledger(Problem& p, const Step& s, const RealVec& energy)
+{
+  if (energy.empty()) ledger_update(p.m, p.d.el, p.dofs, p.st.n, s.nlgeom, p.st);
+  else ledger_known(p.m, p.d.el, p.dofs, p.st.n, s.nlgeom, energy, p.st);
+}
+
 // releases points, breaks elements and converts those that are due. The released energy is booked separately.
-//   convert   numbers in the mesh of the deck
+//   in   convert   numbers in the mesh of the deck
+//        energy    of update_ledger
 Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosion>& erode, const IntVec& torn,
-              IntVec convert, ForceChange change, UndoPoint& u)
+              IntVec convert, ForceChange change, const RealVec& energy, UndoPoint& u)
 {
   State& st = p.st;
   double released = 0.0;
   const bool open = change == FORCES_OF_BROKEN;
   RealVec jump(open ? st.n.u.size() : 0, 0.0);
-  if (s.explicit_steps() && change == FORCES_ANEW) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  if (s.explicit_steps() && change == FORCES_ANEW) update_ledger(p, s, energy);
   const double before = ledger_energy(st.ledger);
   step_undo_state(st, u);
   // dynamics without accelerations: nothing can fail after this that a shorter increment would mend
@@ -175,7 +183,7 @@ Failure apply(Problem& p, const Step& s, double t_step, const std::vector<Erosio
   // other rows, of which the ledger asks what is prescribed                                       (6.33)
   if (s.explicit_steps()) failure = dof_constrain(p.m, p.d, st, s, t_step, t_step, p.dofs, p.warned);
   if (!failure.ok()) return failure;
-  ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  update_ledger(p, s, energy);
   st.ledger.fracture += released;
   st.ledger.conversion += before - ledger_energy(st.ledger) - released;
   ledger_balance(p.m.dim, st.n, st);
@@ -276,6 +284,9 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
   const double last = p.st.frac.mean.empty() ? p.st.clock.start
                                              : std::max(p.st.frac.drive_time, p.st.clock.start);
   RealVec mean;                // explicit: at the last test
+  // explicit: the energies of a test are those of t(n)
+  const RealVec none;
+  const bool known = s.explicit_steps() && frac_uses_energy(p.m) && step_tests(p, s, p.st.n.time);
   for (bool start = true;; start = false) {
     if (s.proc == PROC_STATIC || step_tests(p, s, p.st.n.time)) {
       if (s.explicit_steps()) mean = p.st.frac.mean;
@@ -307,7 +318,8 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
       return track_cracks(p, s, before, watch);
     }
     const ForceChange change = force_change(p, s, erode, convert.empty() && torn.empty());
-    Failure failure = apply(p, s, t_step, erode, torn, convert, change, before);
+    Failure failure =
+        apply(p, s, t_step, erode, torn, convert, change, known ? energy : none, before);
     if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
       if (!scheme_of(s).acceleration || change != FORCES_ANEW) return STATUS_OK;
@@ -490,6 +502,9 @@ void step_undo(Problem& p, UndoPoint& u)
   p.st.log = log;
   elem_refresh(p.d.el);
   if (changed && p.m.part.on) model_owners(frac_gone(p.st.frac), p.piece);
-  if (changed) p.dofs.rows.numbered = false;
+  if (changed) {
+    p.dofs.rows.numbered = false;
+    scene_forget(p.d.scene);
+  }
   p.ready = false;
 }

@@ -196,6 +196,66 @@ TEST(Contact, NearFacesHoldForSmallMotions)
   EXPECT_EQ(fresh.near.item, s.near.near.item);
 }
 
+// elements leave and return: lists and contact points are those made from nothing, and points of faces that
+// stay keep their state
+TEST(Contact, ChangedFacesRenewTheirListsAndPointsAlone)
+{
+  Random random(3);
+  Scene s;
+  s.m = two_cubes(3, 4);
+  s.u.assign(s.m.mesh.X.size(), 0.0);
+  Fracture fr;
+  fr.phase.assign(s.m.mesh.nelem(), AS_ELEMENT);
+  bond_skin(s.m, s.pts, contact_skin(s.m, fr, s.pts, {}), s.bonds);
+  search(s, s.near);
+  const IntVec lost(s.m.mesh.nnode(), 0);
+  for (int k = 0; k < 8; ++k) {
+    const std::vector<SkinFace> before = s.bonds.contact.skin;
+    const IntVec skin_of = s.bonds.contact.skin_of;
+    int& phase = fr.phase[(13 * k) % s.m.mesh.nelem()];
+    phase      = phase == AS_ELEMENT && k != 6 ? AS_NOTHING : AS_ELEMENT;
+    if (k == 6) std::fill(fr.phase.begin(), fr.phase.end(), AS_ELEMENT);
+    Level l;
+    for (int q = 0; q < s.bonds.nbond; ++q) {        // state: the name of the point
+      const SkinFace& f = before[skin_of[q]];
+      l.slip.insert(l.slip.end(), 3, -1.0 - 100.0 * f.elem - f.face);
+    }
+    l.lambda = l.slip;
+    l.lambda_n.assign(s.bonds.nbond, -1.0);
+    const IntVec fresh = bond_rebuild(s.m, s.pts, {}, lost, contact_skin(s.m, fr, s.pts, {}), s.bonds, l);
+    Bonds anew;
+    bond_skin(s.m, s.pts, s.bonds.contact.skin, anew);
+    EXPECT_EQ(anew.nbond, s.bonds.nbond);
+    EXPECT_EQ(anew.a.off, s.bonds.a.off);
+    EXPECT_EQ(anew.a.item, s.bonds.a.item);
+    EXPECT_EQ(anew.a_w, s.bonds.a_w);
+    EXPECT_EQ(anew.X, s.bonds.X);
+    EXPECT_EQ(anew.area, s.bonds.area);
+    EXPECT_EQ(anew.normal, s.bonds.normal);
+    EXPECT_EQ(anew.contact.skin_of, s.bonds.contact.skin_of);
+    EXPECT_EQ(anew.contact.skin_penalty, s.bonds.contact.skin_penalty);
+    EXPECT_GT(fresh.size(), 0u);
+    for (int q = 0; q < s.bonds.nbond; ++q) {
+      const SkinFace& f = s.bonds.contact.skin[s.bonds.contact.skin_of[q]];
+      const bool was    = std::find(before.begin(), before.end(), f) != before.end();
+      EXPECT_EQ(was ? -1.0 - 100.0 * f.elem - f.face : 0.0, l.slip[3 * q]);
+      EXPECT_EQ(was ? -1.0 : 0.0, l.lambda_n[q]);
+      EXPECT_EQ(!was, std::find(fresh.begin(), fresh.end(), q) != fresh.end());
+    }
+    shake(random, 0.01 * s.near.margin, s.u);
+    ContactScene none;
+    const ContactPairs kept = search(s, s.near), met = search(s, none);
+    EXPECT_GT(met.near, 0);
+    EXPECT_EQ(met.master.off, kept.master.off);
+    EXPECT_EQ(met.master.item, kept.master.item);
+    EXPECT_EQ(met.gap, kept.gap);
+    EXPECT_EQ(met.face, kept.face);
+    EXPECT_EQ(none.alone, s.near.alone);
+    EXPECT_EQ(none.X, s.near.X);
+  }
+  EXPECT_EQ(0.0, s.near.u[0]);           // renewed eight times, never made anew
+}
+
 // far from a distorted face Newton's method need not converge: it must not end on the face by chance
 TEST(Contact, NoPlaceFarFromADistortedFaceMeetsIt)
 {
