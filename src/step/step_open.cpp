@@ -405,8 +405,8 @@ void note_contact(Problem& p)
 Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
 {
   State& st = p.st;
-  p.stable.before.clear();
   if (step_contact_stays(p, s)) {
+    if (!p.stable.before.empty()) step_turn_begin(p, s);
     for (int b = 0; b < st.bonds.nbond && st.n.time > p.stable.found.time; ++b)
       if (p.d.pairs.master.count(b)) p.d.pairs.gap[b] = st.n.slip[b * p.m.dim];
     p.d.pairs.searched = p.d.pairs.skipped = 0;      // faces are kept

@@ -1,9 +1,19 @@
 #include <algorithm>
 
 #include "base/halo_numbers.h"
-#include "step/step.h"
+#include "step/step_turn.h"
 
 namespace {
+
+// adds the force on side B of contact point k to nodes and corners, and the opposite one to side A
+void add_push(const Bonds& b, const ContactPairs& pairs, int dim, int k, const double* push, RealVec& f)
+{
+  for (int i = 0; i < dim; ++i) {
+    for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) f[b.a.item[j] * dim + i] -= b.a_w[j] * push[i];
+    for (int j = pairs.master.off[k]; j < pairs.master.off[k + 1]; ++j)
+      f[pairs.master.item[j] * dim + i] += pairs.master_w[j] * push[i];
+  }
+}
 
 // forces at t(n) of the owned contact points, on nodes and corners of both sides
 void contact_at_start(const Problem& p, RealVec& f)
@@ -21,12 +31,9 @@ void contact_at_start(const Problem& p, RealVec& f)
     const double *n = &pairs.normal[k * dim], *rub = &st.n.lambda[k * dim];
     double press = b.cn[k] * gap + b.growth(k) * deep * deep * deep;
     for (int i = 0; i < dim; ++i) press -= rub[i] * n[i];
-    for (int i = 0; i < dim; ++i) {
-      const double push = press * n[i] + rub[i];     // on side B; friction is tangential
-      for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) f[b.a.item[j] * dim + i] -= b.a_w[j] * push;
-      for (int j = pairs.master.off[k]; j < pairs.master.off[k + 1]; ++j)
-        f[pairs.master.item[j] * dim + i] += pairs.master_w[j] * push;
-    }
+    double push[3];
+    for (int i = 0; i < dim; ++i) push[i] = press * n[i] + rub[i];   // on side B; friction is tangential
+    add_push(b, pairs, dim, k, push, f);
   }
 }
 
@@ -98,9 +105,59 @@ void step_turn_begin(Problem& p, const Step& s)
 {
   const ContactFound& found = p.stable.found;
   RealVec& push = p.stable.before;
-  push.clear();
+  RealVec closing;                       // of step_close
+  closing.swap(push);
   if (!s.explicit_steps() || found.step != p.st.log.step || found.bonds != p.st.bonds.nbond_all()) return;
-  if (found.changes == p.st.frac.nconverted + p.st.frac.nreleased) contact_at_start(p, push);
+  if (found.changes != p.st.frac.nconverted + p.st.frac.nreleased) return;
+  contact_at_start(p, push);
+  for (size_t k = 0; k < closing.size() && closing.size() == push.size(); ++k) push[k] += closing[k];
+}
+
+namespace {
+
+// force at t(n+1) of contact point k in addition to that of its gap; 0: it stays closed or open. The mean of
+// the forces at both ends then is the change of the energy over that of the gap                 (6.51)
+double closing_force(const Bonds& b, int k, double g0, double g1)
+{
+  if ((g0 < 0.0) == (g1 < 0.0)) return 0.0;
+  const double from = std::min(g0, 0.0), to = std::min(g1, 0.0), deep0 = b.beyond(k, g0),
+               deep1 = b.beyond(k, g1), cn = b.cn[k], G = b.growth(k);
+  const auto to4 = [](double x) { return x * x * x * x; };
+  const double energy =
+      0.5 * cn * (to * to - from * from) + 0.25 * G * (to4(deep1) - to4(deep0));
+  const double force0 = cn * from + G * deep0 * deep0 * deep0,
+               force1 = cn * to + G * deep1 * deep1 * deep1;
+  return 2.0 * energy / (g1 - g0) - force0 - force1;
+}
+
+}  // namespace
+
+void step_close(Problem& p, Attempt& a)
+{
+  const Dofs& s             = p.dofs;
+  const Bonds& b            = p.st.bonds;
+  const ContactPairs& pairs = p.d.pairs;
+  const int dim             = p.m.dim;
+  RealVec& closing = p.stable.before;
+  closing.clear();
+  if (b.nbond_all() == 0) return;
+  RealVec force(static_cast<size_t>(p.m.mesh.nnode() + p.st.points.ncorner) * dim, 0.0), f;
+  bool none = true;
+  for (int k : s.rows.bond_acts) {
+    if (b.side[k] != SIDE_CONTACT || !b.counts(k)) continue;
+    const double* n = &pairs.normal[k * dim];
+    double g1 = pairs.gap[k], push[3];
+    for (int i = 0; i < dim; ++i) g1 += n[i] * a.jumps.contact[k * dim + i];
+    const double extra = closing_force(b, k, pairs.gap[k], contact_gap(pairs, k, g1));
+    if (extra == 0.0) continue;
+    none = false;
+    for (int i = 0; i < dim; ++i) push[i] = extra * n[i];
+    add_push(b, pairs, dim, k, push, force);
+  }
+  if (dof_all(s, none)) return;
+  to_rows(p, force, f);
+  for (int i = 0; i < s.rows.neq(); ++i) a.fint[i] -= f[i];
+  closing.swap(force);
 }
 
 Failure step_turn(Problem& p)
