@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "base/halo_numbers.h"
 #include "step/step_turn.h"
@@ -115,19 +116,45 @@ void step_turn_begin(Problem& p, const Step& s)
 
 namespace {
 
-// force at t(n+1) of contact point k in addition to that of its gap; 0: it stays closed or open. The mean of
-// the forces at both ends then is the change of the energy over that of the gap                 (6.51)
-double closing_force(const Bonds& b, int k, double g0, double g1)
+// the ends of an increment of a contact point that closes or opens: normal forces of its gaps, and the one at
+// t(n+1) with which their mean is the change of the energy over that of the gap                  (6.51)
+struct Closing {
+  double begin = 0.0, end = 0.0, meant = 0.0;
+};
+
+Closing closing_forces(const Bonds& b, int k, double g0, double g1)
 {
-  if ((g0 < 0.0) == (g1 < 0.0)) return 0.0;
   const double from = std::min(g0, 0.0), to = std::min(g1, 0.0), deep0 = b.beyond(k, g0),
                deep1 = b.beyond(k, g1), cn = b.cn[k], G = b.growth(k);
-  const auto to4 = [](double x) { return x * x * x * x; };
-  const double energy =
-      0.5 * cn * (to * to - from * from) + 0.25 * G * (to4(deep1) - to4(deep0));
-  const double force0 = cn * from + G * deep0 * deep0 * deep0,
-               force1 = cn * to + G * deep1 * deep1 * deep1;
-  return 2.0 * energy / (g1 - g0) - force0 - force1;
+  const auto to4      = [](double x) { return x * x * x * x; };
+  const double energy = 0.5 * cn * (to * to - from * from) + 0.25 * G * (to4(deep1) - to4(deep0));
+  Closing c;
+  c.begin = cn * from + G * deep0 * deep0 * deep0;
+  c.end   = cn * to + G * deep1 * deep1 * deep1;
+  c.meant = 2.0 * energy / (g1 - g0) - c.begin;
+  return c;
+}
+
+// Friction goes with the pressure: what contact point k lacks at t(n+1), for the slip s. A point that closes
+// keeps as much as sticking stores
+void closing_friction(const State& st, int dim, int k, const Closing& c, const double* n, const double* s,
+                      double* lack)
+{
+  const double *t0 = &st.n.lambda[k * dim], *t1 = &st.np1.lambda[k * dim];
+  double across = 0.0, slip = 0.0, size = 0.0, sn = 0.0;
+  for (int i = 0; i < dim; ++i) {
+    across += t0[i] * n[i];
+    sn += s[i] * n[i];
+  }
+  for (int i = 0; i < dim; ++i) {
+    slip += (s[i] - sn * n[i]) * (s[i] - sn * n[i]);
+    size += t1[i] * t1[i];
+  }
+  double part = 0.0;
+  if (c.end < 0.0 && size > 0.0)
+    part = std::min(0.0, std::max(c.meant / c.end, std::sqrt(size / slip) / st.bonds.ct[k]) - 1.0);
+  for (int i = 0; i < dim; ++i)
+    lack[i] = c.end < 0.0 ? part * t1[i] : c.meant / c.begin * (t0[i] - across * n[i]);
 }
 
 }  // namespace
@@ -143,18 +170,25 @@ void step_close(Problem& p, Attempt& a)
   if (b.nbond_all() == 0) return;
   RealVec force(static_cast<size_t>(p.m.mesh.nnode() + p.st.points.ncorner) * dim, 0.0), f;
   bool none = true;
+  double friction = 0.0;
   for (int k : s.rows.bond_acts) {
     if (b.side[k] != SIDE_CONTACT || !b.counts(k)) continue;
-    const double* n = &pairs.normal[k * dim];
-    double g1 = pairs.gap[k], push[3];
-    for (int i = 0; i < dim; ++i) g1 += n[i] * a.jumps.contact[k * dim + i];
-    const double extra = closing_force(b, k, pairs.gap[k], contact_gap(pairs, k, g1));
-    if (extra == 0.0) continue;
+    const double *n = &pairs.normal[k * dim], *slip = &a.jumps.contact[k * dim], g0 = pairs.gap[k];
+    double g1 = g0, push[3];
+    for (int i = 0; i < dim; ++i) g1 += n[i] * slip[i];
+    g1 = contact_gap(pairs, k, g1);
+    if ((g0 < 0.0) == (g1 < 0.0)) continue;
     none = false;
-    for (int i = 0; i < dim; ++i) push[i] = extra * n[i];
+    const Closing c = closing_forces(b, k, g0, g1);
+    closing_friction(p.st, dim, k, c, n, slip, push);
+    for (int i = 0; i < dim; ++i) {
+      friction += 0.5 * push[i] * slip[i];
+      push[i] += (c.meant - c.end) * n[i];
+    }
     add_push(b, pairs, dim, k, push, force);
   }
   if (dof_all(s, none)) return;
+  p.st.ledger.friction += dof_total(s, friction);
   to_rows(p, force, f);
   for (int i = 0; i < s.rows.neq(); ++i) a.fint[i] -= f[i];
   closing.swap(force);
