@@ -8,7 +8,7 @@
 #include "base/log.h"
 #include "base/timer.h"
 #include "model/scheme.h"
-#include "step/step.h"
+#include "step/step_turn.h"
 
 namespace {
 
@@ -90,6 +90,7 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
   const Dofs& s   = p.dofs;
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, p.st, a.jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, nullptr, a.energy);
+  if (failure.ok()) step_close(p, a);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
   if (!failure.ok()) return failure;
   f.resize(s.rows.neq());
@@ -384,6 +385,7 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   if (on_grid) leap_grid(s, a);
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, st, a.jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint, nullptr, a.energy);
+  if (failure.ok()) step_close(p, a);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, st, a.step, a.load, p.warned, a.fext);
   if (failure.ok()) {
     const bool finite = plane ? accelerate_nodes<2>(s, st.rf, st.n, a, st.np1)

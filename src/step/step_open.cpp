@@ -188,8 +188,11 @@ int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& 
   contact_stiffness(st.n, m.dim, !m.step.empty() && m.step.front().proc == PROC_DYNAMIC, pairs, st.bonds);
   const int errors = contact_start(m, st.bonds, pairs, xb);
   for (int b = 0; b < st.bonds.nbond; ++b)
-    if (st.bonds.side[b] == SIDE_CONTACT)
-      st.n.slip[b * m.dim] = contact_gap(pairs, b, pairs.gap[b] - st.bonds.contact.offset[b]);
+    if (st.bonds.side[b] == SIDE_CONTACT) {
+      // surfaces that touch do not push each other apart  (test: contact/touch_rest.inp)
+      const double gap = pairs.gap[b] - st.bonds.contact.offset[b];
+      st.n.slip[b * m.dim] = gap < 0.0 && gap >= -contact_touch(pairs, b) ? 0.0 : gap;
+    }
   return errors;
 }
 
@@ -405,8 +408,8 @@ void note_contact(Problem& p)
 Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
 {
   State& st = p.st;
-  p.stable.before.clear();
   if (step_contact_stays(p, s)) {
+    if (!p.stable.before.empty()) step_turn_begin(p, s);
     for (int b = 0; b < st.bonds.nbond && st.n.time > p.stable.found.time; ++b)
       if (p.d.pairs.master.count(b)) p.d.pairs.gap[b] = st.n.slip[b * p.m.dim];
     p.d.pairs.searched = p.d.pairs.skipped = 0;      // faces are kept

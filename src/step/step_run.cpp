@@ -591,6 +591,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
   while (!clock_over(s, st.clock)) {
     if (signal || (comm_size() == 1 && step_signalled())) return interrupted(p, out);
     if (step_divides_again(p, s)) {
+      if (!p.stable.before.empty()) step_turn_begin(p, s);
       step_turn_apart(p, s);
       p.again = AGAIN_WORK;
       return STATUS_OK;
@@ -602,11 +603,10 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     while (failure.ok()) {
       const Ledger before = st.ledger;
       failure = attempt(p, s, inc, out);
-      if (start_cracks(p, s, before, inc, failure, out)) {
-        failure = STATUS_OK;
-        continue;
-      }
-      if (failure.ok() || !cut(p, s, before, inc, failure, out)) break;
+      if (!start_cracks(p, s, before, inc, failure, out) &&
+          (failure.ok() || !cut(p, s, before, inc, failure, out)))
+        break;
+      p.stable.before.clear();           // forces of the attempt
       failure = STATUS_OK;
     }
     if (failure.status == INTERRUPTED) return interrupted_inside(p, inc, out);

@@ -174,26 +174,28 @@ void sum_contact_stiffness(const Problem& p, RealVec& stiff)
   std::copy(corner.begin(), corner.end(), stiff.begin() + nnode);
 }
 
-// upper bound of the square of the contact frequency: the largest ratio of stiffness to mass of a node or
-// corner                                                                                       (6.32)
+// Row sums of the matrix of contact stiffness over mass, with the scales x of nodes and corners (empty: 1):
+// whatever x > 0, the largest is an upper bound of the square of the contact frequency            (6.32)
+//   in   slope  stiffness of acting contact points, 0: open
 //   out  push [nnode + ncorner];  returns the largest. Collective.
-double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
+double contact_rows(const Problem& p, const RealVec& slope, const RealVec& mass, const RealVec& x,
+                    RealVec& push)
 {
   const Dofs& s  = p.dofs;
-  const Bonds& b = p.st.bonds;
   double largest = 0.0;
   push.assign(mass.size(), 0.0);
-  for (int k : s.rows.bond_acts) {
-    if (b.side[k] != SIDE_CONTACT) continue;
-    const double slope = contact_slope(b, k, p.st.n.slip[k * s.rows.dim]);
-    double sum = 0.0;
-    each_item(p, k, [&](int, double w) { sum += w; });
-    each_item(p, k, [&](int item, double w) { push[item] += slope * sum * w; });
+  for (size_t i = 0; i < slope.size(); ++i) {
+    if (slope[i] == 0.0) continue;
+    const int k = s.rows.bond_acts[i];
+    double sum  = 0.0;
+    each_item(p, k, [&](int item, double w) { sum += w * (x.empty() ? 1.0 : x[item]); });
+    each_item(p, k, [&](int item, double w) { push[item] += slope[i] * sum * w; });
   }
   sum_contact_stiffness(p, push);
   for (size_t k = 0; k < push.size(); ++k) {
-    push[k] = mass[k] > 0.0 ? push[k] / mass[k] : 0.0;
-    largest    = std::max(largest, push[k]);
+    const double m = mass[k] * (x.empty() ? 1.0 : x[k]);
+    push[k] = m > 0.0 ? push[k] / m : 0.0;
+    largest = std::max(largest, push[k]);
   }
   return comm_allreduce_max(largest);
 }
@@ -201,37 +203,172 @@ double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
 // Max. square of the contact frequency with default penalties, relative to that of the elements; the
 // increment decreases by sqrt(1 + CONTACT_PART)  (test: contact/g2_explicit.inp)
 const double CONTACT_PART = 0.5;
+// Contact points that are about to push: gap relative to the face, and increments until the gap is zero
+// (test: contact/edge_explicit.inp)
+const double CLOSE = 0.1, SOON = 10.0;
+// Steps of the power method for the scales of nodes  (test: contact/edge_explicit.inp)
+const int SCALINGS = 2;
+// Where a penalty may be more than FEW_SHARE times what all points that are near would share, few push, as at
+// an edge or a corner: the limit grows with this ratio, up to EDGE_MOST times
+// (test: contact/edge_explicit.inp, contact/corner_explicit.inp)
+const double FEW_SHARE = 1.5, EDGE_GROWTH = 1.5, EDGE_MOST = 3.0;
 
-// limits the penalties of contact points that do not push, so that the increment need not follow them
-void soften_contact(Problem& p, double limit, const RealVec& push)
+// may the program choose the penalty of contact point k: a default penalty, and no energy stored?
+bool is_adjustable(const Problem& p, int k)
 {
-  const Dofs& s = p.dofs;
-  Bonds& b      = p.st.bonds;
-  for (int k : s.rows.bond_acts) {
-    const BondDef& def = p.m.bond[b.def[k]];
-    if (b.side[k] != SIDE_CONTACT || def.penalty > 0.0 || def.alpha > 0.0) continue;
-    if (p.st.n.slip[k * s.rows.dim] < 0.0 && p.st.n.time > 0.0) continue;
-    double largest = 0.0;
-    each_item(p, k, [&](int item, double) { largest = std::max(largest, push[item]); });
-    if (largest <= limit) continue;
-    b.cn[k] *= limit / largest;
-    b.ct[k] *= limit / largest;
+  const Bonds& b     = p.st.bonds;
+  const BondDef& def = p.m.bond[b.def[k]];
+  return def.alpha == 0.0 && p.d.pairs.deep[k] > 0.0 &&
+         (p.st.n.slip[k * p.m.dim] >= 0.0 || p.st.n.time == 0.0);
+}
+
+// default penalty of contact point k times its area; of a contact pair that limited before
+double default_stiffness(const Problem& p, int k)
+{
+  const Bonds& b     = p.st.bonds;
+  const bool general = !b.contact.skin.empty() && b.contact.skin_of[k] >= 0;
+  return general ? p.d.pairs.penalty[k] * b.area[k] : b.cn[k];
+}
+
+// the largest of its normal and tangential stiffness, with the default penalty
+double default_slope(const Problem& p, int k)
+{
+  const Bonds& b = p.st.bonds;
+  return b.cn[k] > 0.0 ? default_stiffness(p, k) * std::max(1.0, b.ct[k] / b.cn[k]) : 0.0;
+}
+
+// default penalty normal and tangential, times part
+void set_stiffness(Problem& p, int k, double part)
+{
+  Bonds& b = p.st.bonds;
+  if (!b.contact.skin.empty() && b.contact.skin_of[k] >= 0) {
+    b.cn[k] = default_stiffness(p, k);
+    b.ct[k] = p.d.pairs.stick[k] > 0.0 ? p.d.pairs.stick[k] * b.area[k] : b.cn[k];
   }
+  b.cn[k] *= part;
+  b.ct[k] *= part;
+}
+
+// largest row sum of the nodes and corners of contact point k
+double largest_row(const Problem& p, int k, const RealVec& push)
+{
+  double largest = 0.0;
+  each_item(p, k, [&](int item, double) { largest = std::max(largest, push[item]); });
+  return largest;
+}
+
+// scales of nodes and corners in contact: steps of the power method, which lower the largest row sum
+RealVec contact_scales(const Problem& p, const RealVec& slope, const RealVec& mass, RealVec& push)
+{
+  RealVec x;
+  for (int step = 0; step < SCALINGS; ++step) {
+    contact_rows(p, slope, mass, x, push);
+    for (size_t r = 0; r < push.size() && step > 0; ++r) push[r] *= x[r];
+    x = push;
+  }
+  return x;
+}
+
+// does contact point k belong to a released point, or meet one?
+bool is_of_debris(const Problem& p, int k)
+{
+  const ContactState& c = p.st.bonds.contact;
+  if (c.skin.empty() || c.skin_of[k] < 0) return false;
+  const int met = p.d.pairs.face[k];
+  return c.skin[c.skin_of[k]].points == 2 || met < 0 || c.skin[met].points == 2;
+}
+
+// is contact point k near its face and approaches it? Debris: its few nodes push all together
+bool is_about_to_push(const Problem& p, int k)
+{
+  const Bonds& b        = p.st.bonds;
+  const ContactPairs& c = p.d.pairs;
+  const int dim = p.m.dim, nnode = p.m.mesh.nnode();
+  if (c.gap[k] > CLOSE * c.size[k] || is_of_debris(p, k)) return false;
+  double rate = 0.0;
+  const auto add = [&](int item, double w) {
+    const double* v = item < nnode ? &p.st.n.v[item * dim] : &p.st.n.vc[(item - nnode) * dim];
+    for (int i = 0; i < dim; ++i) rate += w * v[i] * c.normal[k * dim + i];
+  };
+  for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) add(b.a.item[j], b.a_w[j]);
+  for (int j = c.master.off[k]; j < c.master.off[k + 1]; ++j) add(c.master.item[j], -c.master_w[j]);
+  return c.gap[k] + SOON * p.st.clock.dt * rate <= 0.0;
+}
+
+// limit of the row sums at a contact point that may have this part of its default penalty, or the part low
+// where all near points share
+double limit_at(double limit, double part, double low)
+{
+  return limit * std::clamp(1.0 + EDGE_GROWTH * (part / low - FEW_SHARE), 1.0, EDGE_MOST);
+}
+
+// part of the default penalties of contact point k that its nodes and corners have room for
+//   in   pushed, free   row sums of points that push, and of those about to push with default penalties
+double room_at(const Problem& p, int k, double limit, const RealVec& pushed, const RealVec& free)
+{
+  double part = 1.0;
+  each_item(p, k, [&](int item, double) {
+    if (free[item] > 0.0) part = std::min(part, (limit - pushed[item]) / free[item]);
+  });
+  return part;
+}
+
+// Penalties as far as the increment allows. All points that are near share what it allows; those about to
+// push share what the pushing ones leave. Returns the largest square of the contact frequency. Collective.
+//   in   full  stiffness with default penalties;  push  its row sums;  low: parts of default penalties
+double limit_penalties(Problem& p, double limit, const RealVec& mass, RealVec& full, RealVec& push)
+{
+  const IntVec& acts = p.dofs.rows.bond_acts;
+  const Bonds& b = p.st.bonds;
+  RealVec low(acts.size(), 0.0), now(acts.size(), 0.0), next(acts.size(), 0.0), pushed, free;
+  for (size_t i = 0; i < acts.size(); ++i) {
+    const int k = acts[i];
+    if (full[i] == 0.0) continue;
+    if (is_adjustable(p, k)) {
+      low[i]  = std::min(1.0, limit / largest_row(p, k, push));
+      full[i] = next[i] = is_about_to_push(p, k) ? full[i] : 0.0;
+    } else {
+      now[i] = contact_slope(b, k, p.st.n.slip[k * p.m.dim]);
+    }
+  }
+  const RealVec x = contact_scales(p, full, mass, push);
+  contact_rows(p, full, mass, x, push);
+  contact_rows(p, now, mass, x, pushed);
+  contact_rows(p, next, mass, x, free);
+  for (size_t i = 0; i < acts.size(); ++i) {
+    const int k = acts[i];
+    if (low[i] == 0.0) continue;
+    double part = low[i];
+    if (next[i] > 0.0) {
+      const double most = limit_at(limit, limit / largest_row(p, k, push), low[i]);
+      part   = std::max(low[i], room_at(p, k, most, pushed, free));
+      now[i] = part * next[i];
+    }
+    set_stiffness(p, k, part);
+  }
+  return std::max(limit, contact_rows(p, now, mass, x, push));
 }
 
 // contribution of contact to the square of the largest frequency, with limited default penalties. Collective.
 double contact_part(Problem& p, double omega2)
 {
   RealVec &push = p.stable.push, &mass = p.stable.mass;
-  int acts = 0;
-  if (p.st.bonds.nbond_all() == 0) return 0.0;
-  for (int k : p.dofs.rows.bond_acts) acts = acts || p.st.bonds.side[k] == SIDE_CONTACT;
-  if (comm_allreduce_max(acts) == 0) return 0.0;
+  const IntVec& acts = p.dofs.rows.bond_acts;
+  const Bonds& b     = p.st.bonds;
+  if (b.nbond_all() == 0) return 0.0;
+  RealVec full(acts.size(), 0.0);
+  int any = 0;
+  for (size_t i = 0; i < acts.size(); ++i) {
+    const int k = acts[i];
+    if (b.side[k] != SIDE_CONTACT) continue;
+    any = 1;
+    if (is_adjustable(p, k)) set_stiffness(p, k, 1.0);
+    full[i] = std::max(contact_slope(b, k, p.st.n.slip[k * p.m.dim]), default_slope(p, k));
+  }
+  if (comm_allreduce_max(any) == 0) return 0.0;
   contact_masses(p, mass);
-  double largest = contact_frequency(p, mass, push);
-  if (largest <= CONTACT_PART * omega2) return largest;
-  soften_contact(p, CONTACT_PART * omega2, push);
-  return contact_frequency(p, mass, push);
+  const double limit = CONTACT_PART * omega2, largest = contact_rows(p, full, mass, RealVec(), push);
+  return largest <= limit ? largest : limit_penalties(p, limit, mass, full, push);
 }
 
 void report(const Step& s, const State& st, int label, double taken)

@@ -1,9 +1,20 @@
 #include <algorithm>
+#include <cmath>
 
 #include "base/halo_numbers.h"
-#include "step/step.h"
+#include "step/step_turn.h"
 
 namespace {
+
+// adds the force on side B of contact point k to nodes and corners, and the opposite one to side A
+void add_push(const Bonds& b, const ContactPairs& pairs, int dim, int k, const double* push, RealVec& f)
+{
+  for (int i = 0; i < dim; ++i) {
+    for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) f[b.a.item[j] * dim + i] -= b.a_w[j] * push[i];
+    for (int j = pairs.master.off[k]; j < pairs.master.off[k + 1]; ++j)
+      f[pairs.master.item[j] * dim + i] += pairs.master_w[j] * push[i];
+  }
+}
 
 // forces at t(n) of the owned contact points, on nodes and corners of both sides
 void contact_at_start(const Problem& p, RealVec& f)
@@ -21,12 +32,9 @@ void contact_at_start(const Problem& p, RealVec& f)
     const double *n = &pairs.normal[k * dim], *rub = &st.n.lambda[k * dim];
     double press = b.cn[k] * gap + b.growth(k) * deep * deep * deep;
     for (int i = 0; i < dim; ++i) press -= rub[i] * n[i];
-    for (int i = 0; i < dim; ++i) {
-      const double push = press * n[i] + rub[i];     // on side B; friction is tangential
-      for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) f[b.a.item[j] * dim + i] -= b.a_w[j] * push;
-      for (int j = pairs.master.off[k]; j < pairs.master.off[k + 1]; ++j)
-        f[pairs.master.item[j] * dim + i] += pairs.master_w[j] * push;
-    }
+    double push[3];
+    for (int i = 0; i < dim; ++i) push[i] = press * n[i] + rub[i];   // on side B; friction is tangential
+    add_push(b, pairs, dim, k, push, f);
   }
 }
 
@@ -98,9 +106,92 @@ void step_turn_begin(Problem& p, const Step& s)
 {
   const ContactFound& found = p.stable.found;
   RealVec& push = p.stable.before;
-  push.clear();
+  RealVec closing;                       // of step_close
+  closing.swap(push);
   if (!s.explicit_steps() || found.step != p.st.log.step || found.bonds != p.st.bonds.nbond_all()) return;
-  if (found.changes == p.st.frac.nconverted + p.st.frac.nreleased) contact_at_start(p, push);
+  if (found.changes != p.st.frac.nconverted + p.st.frac.nreleased) return;
+  contact_at_start(p, push);
+  for (size_t k = 0; k < closing.size() && closing.size() == push.size(); ++k) push[k] += closing[k];
+}
+
+namespace {
+
+// the ends of an increment of a contact point that closes or opens: normal forces of its gaps, and the one at
+// t(n+1) with which their mean is the change of the energy over that of the gap                  (6.51)
+struct Closing {
+  double begin = 0.0, end = 0.0, meant = 0.0;
+};
+
+Closing closing_forces(const Bonds& b, int k, double g0, double g1)
+{
+  const double from = std::min(g0, 0.0), to = std::min(g1, 0.0), deep0 = b.beyond(k, g0),
+               deep1 = b.beyond(k, g1), cn = b.cn[k], G = b.growth(k);
+  const auto to4      = [](double x) { return x * x * x * x; };
+  const double energy = 0.5 * cn * (to * to - from * from) + 0.25 * G * (to4(deep1) - to4(deep0));
+  Closing c;
+  c.begin = cn * from + G * deep0 * deep0 * deep0;
+  c.end   = cn * to + G * deep1 * deep1 * deep1;
+  c.meant = 2.0 * energy / (g1 - g0) - c.begin;
+  return c;
+}
+
+// Friction goes with the pressure: what contact point k lacks at t(n+1), for the slip s. A point that closes
+// keeps as much as sticking stores
+void closing_friction(const State& st, int dim, int k, const Closing& c, const double* n, const double* s,
+                      double* lack)
+{
+  const double *t0 = &st.n.lambda[k * dim], *t1 = &st.np1.lambda[k * dim];
+  double across = 0.0, slip = 0.0, size = 0.0, sn = 0.0;
+  for (int i = 0; i < dim; ++i) {
+    across += t0[i] * n[i];
+    sn += s[i] * n[i];
+  }
+  for (int i = 0; i < dim; ++i) {
+    slip += (s[i] - sn * n[i]) * (s[i] - sn * n[i]);
+    size += t1[i] * t1[i];
+  }
+  double part = 0.0;
+  if (c.end < 0.0 && size > 0.0)
+    part = std::min(0.0, std::max(c.meant / c.end, std::sqrt(size / slip) / st.bonds.ct[k]) - 1.0);
+  for (int i = 0; i < dim; ++i)
+    lack[i] = c.end < 0.0 ? part * t1[i] : c.meant / c.begin * (t0[i] - across * n[i]);
+}
+
+}  // namespace
+
+void step_close(Problem& p, Attempt& a)
+{
+  const Dofs& s             = p.dofs;
+  const Bonds& b            = p.st.bonds;
+  const ContactPairs& pairs = p.d.pairs;
+  const int dim             = p.m.dim;
+  RealVec& closing = p.stable.before;
+  closing.clear();
+  if (b.nbond_all() == 0) return;
+  RealVec force(static_cast<size_t>(p.m.mesh.nnode() + p.st.points.ncorner) * dim, 0.0), f;
+  bool none = true;
+  double friction = 0.0;
+  for (int k : s.rows.bond_acts) {
+    if (b.side[k] != SIDE_CONTACT || !b.counts(k)) continue;
+    const double *n = &pairs.normal[k * dim], *slip = &a.jumps.contact[k * dim], g0 = pairs.gap[k];
+    double g1 = g0, push[3];
+    for (int i = 0; i < dim; ++i) g1 += n[i] * slip[i];
+    g1 = contact_gap(pairs, k, g1);
+    if ((g0 < 0.0) == (g1 < 0.0)) continue;
+    none = false;
+    const Closing c = closing_forces(b, k, g0, g1);
+    closing_friction(p.st, dim, k, c, n, slip, push);
+    for (int i = 0; i < dim; ++i) {
+      friction += 0.5 * push[i] * slip[i];
+      push[i] += (c.meant - c.end) * n[i];
+    }
+    add_push(b, pairs, dim, k, push, force);
+  }
+  if (dof_all(s, none)) return;
+  p.st.ledger.friction += dof_total(s, friction);
+  to_rows(p, force, f);
+  for (int i = 0; i < s.rows.neq(); ++i) a.fint[i] -= f[i];
+  closing.swap(force);
 }
 
 Failure step_turn(Problem& p)
