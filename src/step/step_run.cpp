@@ -656,8 +656,8 @@ void judge_balance(const Step& s, int number, double noise, Ledger& g)
   const bool moves   = s.proc == PROC_DYNAMIC;
   const double change = g.balance - g.balance0, off = std::fabs(change);
   if (!std::isfinite(change)) {
-    log_error("step %d: energies are no longer finite (NaN or infinity): the results are wrong. Check the deck "
-              "for a value out of proportion (units, sizes, stiffness, density, penalty, dt)%s",
+    log_error("step %d: energies are no longer finite (NaN or infinity): the results are wrong. Check "
+              "the deck for a value out of proportion (units, sizes, stiffness, density, penalty, dt)%s",
               number, s.explicit_steps() ? ", or use a smaller SCALE FACTOR= of *DYNAMIC" : "");
     ++g.off;
     return;
