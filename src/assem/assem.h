@@ -110,9 +110,9 @@ int mass_solve(const Dofs& s, MassRowsOf of, int guess, const RealVec& f, RealVe
 // of the grid too; empty: in none
 int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& momentum, RealVec& v);
 
-// mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at
-// fixed dofs is given. Returns as mass_solve.
-int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x);
+// mass_solve_tied : (M + half C) x = f in the nodes of elements with equations: T^T (M + half C) T x = T^T f
+// on the free dofs, x at fixed dofs is given; C lumped. Returns as mass_solve.                       (6.29)
+int mass_solve_tied(const Dofs& s, double half, const RealVec& f, RealVec& x);
 
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to out [neq]
 void point_momentum(const ActiveGrid& grid, const Dofs& s, const RealVec& vc, RealVec& out);

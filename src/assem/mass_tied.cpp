@@ -102,21 +102,28 @@ int solve_tied_lumped(const Dofs& s, const RealVec& f, RealVec& x)
 
 }  // namespace
 
-int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
+int mass_solve_tied(const Dofs& s, double half, const RealVec& f, RealVec& x)
 {
-  if (!s.mass.lumped.empty() && !s.rows.split && !s.rows.hung && s.rows.nrow == s.rows.nfe)
+  const bool damped = half > 0.0 && s.mass.damped;
+  if (!damped && !s.mass.lumped.empty() && !s.rows.split && !s.rows.hung && s.rows.nrow == s.rows.nfe)
     return solve_tied_lumped(s, f, x);
   const Ties& tie = s.bound.tie;
   const int n = s.rows.nfe * s.rows.dim;
-  RealVec diag(s.rows.neq(), 0.0), b = f;
-  for (int i = 0; i < n; ++i) diag[i] = s.mass.M_diag[i / s.rows.dim];
+  RealVec own(s.rows.neq(), 0.0), Cx, b = f;
+  for (int i = 0; i < n; ++i) own[i] = s.mass.M_diag[i / s.rows.dim];
+  for (int i = 0; i < n && damped; ++i) own[i] += half * s.mass.C_diag[i];
+  RealVec diag = own;
   for (size_t k = 0; k < tie.dof.size(); ++k)
     for (int j = tie.master.off[k]; j < tie.master.off[k + 1]; ++j)
-      diag[tie.master.item[j]] += tie.coef[j] * tie.coef[j] * s.mass.M_diag[tie.dof[k] / s.rows.dim];
+      diag[tie.master.item[j]] += tie.coef[j] * tie.coef[j] * own[tie.dof[k]];
   const auto free = [&](size_t i) { return s.bound.fixed[i] == DOF_FREE && diag[i] > 0.0; };
-  const auto apply = [&](RealVec& in, RealVec& out) {          // out = T^T M T in
+  const auto apply = [&](RealVec& in, RealVec& out) {          // out = T^T (M + half C) T in
     tie_follow(s, false, in);
     mass_multiply(s, in, out);
+    if (damped) {
+      damping_multiply(s, in, Cx);
+      for (size_t i = 0; i < out.size(); ++i) out[i] += half * Cx[i];
+    }
     tie_force(s, out);
   };
   const auto counts = [&](size_t i) { return free(i) && s.rows.counts(i); };

@@ -19,6 +19,10 @@ struct Opening {
   double flexible = 0.0;       // dw/dt
 };
 
+// crack_no_stress : below it stresses have no axes of their own: round-off and residuals of Newton's method
+// in an unloaded body  (test: strength/unloaded.inp)                              force/length^2
+inline double crack_no_stress(const CrackLaw& c) { return 1e-6 * crack_strength(c); }
+
 // crack_open_along : w, k, s and dw/dt of (2.33);  k: the largest opening so far
 void crack_open_along(const CrackLaw& c, double k, Opening& o);
 

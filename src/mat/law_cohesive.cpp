@@ -93,6 +93,13 @@ void find_normal(const CrackLaw& c, const double* S, Opening& o)
   o.t = o.N.dot(full_tensor(S) * o.N);
 }
 
+// the axis of a crack without stress: that of t(n), towards which o.t acts
+void keep_normal(const double* S, const double* h, Opening& o)
+{
+  o.N = Eigen::Map<const Vec3>(h + CRACK_NORMAL);
+  o.t = o.N.dot(full_of(S) * o.N);
+}
+
 // a principal axis of S normal to N
 Vec3 other_axis(const CrackLaw& c, const Mat3& S, const Vec3& N)
 {
@@ -508,7 +515,9 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   const double limit = h_n[CRACK_WIDTH] == 0.0 ? crack_strength(c) : 0.0;
   o.t = largest_stress(c, out.S, limit);
   if (o.t <= limit) return true;                       // whole, or closed
-  find_normal(c, out.S, o);
+  if (h_n[CRACK_OPENING] > 0.0 && o.t <= crack_no_stress(c)) keep_normal(out.S, h_n, o);
+  else find_normal(c, out.S, o);
+  if (o.t <= limit) return true;
   if (h_n[CRACK_OPENING] > 0.0 && crosses(h_n, o.N))
     return rests(c, out.S, o, h_np1) || law_cohesive_axes(law, h_n, h_np1, tangent, out);
   o.width  = h_n[CRACK_WIDTH] == 0.0 ? crack_width(c, o.N.data()) : h_n[CRACK_WIDTH];

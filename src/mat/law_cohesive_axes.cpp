@@ -66,17 +66,19 @@ Vec3 preferred(const CrackLaw& c, const double* h, int i)
 // principal axes of S, the largest stress first
 void principal_axes(const CrackLaw& c, const double* S, const double* h, Vec3* N)
 {
+  const double none = crack_no_stress(c);
   if (c.dim == 2) {
     const double half = 0.5 * (S[0] - S[1]), r = std::hypot(half, S[3]);
     const double angle = 0.5 * std::atan2(S[3], half);
     N[0] = Vec3(std::cos(angle), std::sin(angle), 0.0);
     N[1] = Vec3(-N[0][1], N[0][0], 0.0);
-    if (r <= EQUAL * (std::fabs(S[0]) + std::fabs(S[1]))) crack_turn(preferred(c, h, 0), N[0], N[1]);
+    const double same = std::max(EQUAL * (std::fabs(S[0]) + std::fabs(S[1])), none);
+    if (r <= same) crack_turn(preferred(c, h, 0), N[0], N[1]);
     return;
   }
   const Eigen::SelfAdjointEigenSolver<Mat3> of(full_tensor(S));
   const Vec3 t      = of.eigenvalues().reverse();
-  const double same = EQUAL * t.cwiseAbs().maxCoeff();
+  const double same = std::max(EQUAL * t.cwiseAbs().maxCoeff(), none);
   for (int i = 0; i < 3; ++i) N[i] = of.eigenvectors().col(2 - i);
   const bool first = t[0] - t[1] <= same, last = t[1] - t[2] <= same;
   if (first && last) {

@@ -59,7 +59,7 @@ Failure step_accelerations(const Problem& p, const RealVec& f, double half, Real
 {
   const Dofs& s = p.dofs;
   if (!s.bound.tie.any) node_accelerations(s, half, f, acc);
-  else if (mass_solve_tied(s, f, acc) < 0) return MASS_FAILED;
+  else if (mass_solve_tied(s, half, f, acc) < 0) return MASS_FAILED;
   if (!step_on_grid(p.d, s)) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const std::vector<char> begun(s.rows.nrow, 1);

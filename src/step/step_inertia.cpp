@@ -339,7 +339,8 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
     failure = step_accelerations_turning(p, p.st.n.u, dof_of_nodes(dofs, p.st.n.v), f, 0.0, acc);
     if (!failure.ok()) return failure;
   } else {
-    const int it = dofs.bound.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc);
+    const int it = dofs.bound.tie.any ? mass_solve_tied(dofs, 0.0, f, acc)
+                                      : mass_solve(dofs, ROWS_ALL, 0, f, acc);
     if (it < 0) return MASS_FAILED;
   }
   put_accelerations(p, acc);

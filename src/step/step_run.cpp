@@ -649,26 +649,48 @@ void warn_conversion(const Ledger& g)
 // judge_balance : compares the energy imbalance of a step with *STEP, BALANCE=: above it an error, else a
 // warning. Loss is intended in a dissipating scheme. In statics the work of a few large increments follows
 // the trapezoidal rule, so only a gross error counts.                                doc/theory.md (6.13)
+//   in   noise   noise_of_work
 // ---------------------------------------------------------------------------
-void judge_balance(const Step& s, int number, Ledger& g)
+void judge_balance(const Step& s, int number, double noise, Ledger& g)
 {
   const bool moves   = s.proc == PROC_DYNAMIC;
   const double change = g.balance - g.balance0, off = std::fabs(change);
+  if (!std::isfinite(change)) {
+    log_error("step %d: energies are no longer finite (NaN or infinity): the results are wrong. Check "
+              "the deck for a value out of proportion (units, sizes, stiffness, density, penalty, dt)%s",
+              number, s.explicit_steps() ? ", or use a smaller SCALE FACTOR= of *DYNAMIC" : "");
+    ++g.off;
+    return;
+  }
   // energies of a step without motion are residuals of Newton's method in earlier steps
-  if (g.step_scale <= std::max(g.rounding, s.ctl.tol_force * g.scale)) return;
+  if (g.step_scale <= std::max(noise, s.ctl.tol_force * g.scale)) return;
   if (change < 0.0 && moves && scheme_of(s).dissipates(s)) return;
   const double part = off / g.step_scale;
   if (s.balance > 0.0 && part > s.balance) {
     log_error("step %d: the energy balance is off by %.1f %% of the largest energy (%.4g of %.4g), more than "
-              "the %.3g %% that *STEP, BALANCE= allows: the results are wrong. Use smaller increments%s",
+              "the %.3g %% that *STEP, BALANCE= allows: the results are wrong. %s",
               number, 100.0 * part, change, g.step_scale, 100.0 * s.balance,
-              moves ? ", or SCHEME=ENERGY-MOMENTUM" : "");
+              s.explicit_steps() ? "Use a smaller SCALE FACTOR= of *DYNAMIC"
+                  : moves ? "Use smaller increments, or SCHEME=ENERGY-MOMENTUM" : "Use smaller increments");
     ++g.off;
   } else if (part > (moves ? WARN_DYNAMIC : WARN_STATIC)) {
     log_warn("step %d: the energy balance is off by %.1f %% (%.4g of %.4g): repeat with smaller increments "
              "to see whether the results are reliable",
              number, 100.0 * part, change, g.step_scale);
   }
+}
+
+// Work of round-off of the forces along the displacements u, relative to Ledger::rounding (u/h)^2: 1e-16 E V
+// for (1e-14)^2 E V  (no test)
+const double FORCE_ROUNDING = 1e12;
+
+// energies below are round-off: of strains, and of the work of forces. Collective.
+double noise_of_work(const Problem& p)
+{
+  double u = 0.0;
+  for (double x : p.st.n.u) u = std::max(u, std::fabs(x));
+  const double turn = comm_allreduce_max(u) / p.dofs.rows.h_mean;
+  return std::max(1.0, FORCE_ROUNDING * turn * turn) * p.st.ledger.rounding;
 }
 
 // work of each rank, for the listing; nothing on one rank
@@ -794,7 +816,7 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
     if (p.again) return EXIT_GOOD;
     if (!failure.ok()) report_failure(p, failure, inc, out);
     out_step_end(p.m, p.st, out);
-    if (failure.ok()) judge_balance(p.m.step[k], p.st.log.step, p.st.ledger);
+    if (failure.ok()) judge_balance(p.m.step[k], p.st.log.step, noise_of_work(p), p.st.ledger);
   }
   const Status status = failure.status;
   warn_conversion(p.st.ledger);
