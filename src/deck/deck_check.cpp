@@ -178,6 +178,18 @@ bool may_lock(const ElemType& type, const Material& a)
   return shape_info[s].ngp == 1 || a.breaks || (shape_quadratic(s) && s != SHAPE_QUAD8R && s != SHAPE_HEX20R);
 }
 
+// what to do against it: elements that may break have no F-bar, and quadratic ones among them are split
+std::string unlock(const Model& m, const Material& a, bool points)
+{
+  if (a.breaks && law_flows(a.law))
+    return "; material that may break has no F-bar, whatever the element: refine the mesh, and give elements "
+           "that only flow a *MATERIAL of their own";
+  return std::string("; use ") +
+         (m.dim == 3 ? "C3D20R or C3D8" : "CPE8R or CPE4, or CPS4 where plane stress fits") +
+         (points ? ", and POINTS=2 or more for material points" : "") +
+         (a.breaks ? "; with *EIGENFRACTURE a smaller Poisson's ratio (0.45)" : "");
+}
+
 void check_locking(Deck& d, const Model& m)
 {
   IntVec element(m.material.size(), -1), body(m.material.size(), -1);
@@ -204,12 +216,9 @@ void check_locking(Deck& d, const Model& m)
       elements += (elements.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
     const std::string cause = law_flows(a.law) ? "plastic flow" : "poisson = " + text_number(a.poisson);
     warn(d, law_flows(a.law) ? plastic_word(a) : "ELASTIC", a.deck_line, a.name,
-         cause + " of material " + a.name + " makes " + elements +
-             " too stiff by volumetric locking" +
+         cause + " of material " + a.name + " makes " + elements + " too stiff by volumetric locking" +
              (element[k] >= 0 && elem_quadratic(m.mesh.elem_type[element[k]]) ? " (no F-bar)" : "") +
-             "; use " + (m.dim == 3 ? "C3D20R or C3D8" : "CPE8R or CPE4, or CPS4 where plane stress fits") +
-             (body[k] >= 0 ? ", and POINTS=2 or more for material points" : "") +
-             (a.breaks ? "; with *EIGENFRACTURE a smaller Poisson's ratio (0.45)" : ""));
+             unlock(m, a, body[k] >= 0));
   }
 }
 

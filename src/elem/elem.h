@@ -34,7 +34,7 @@ struct ElemBlock {
   RealVec node_offset;         // cohesive: [kind][nen][dim] nodes relative to the first one  length
   RealVec scatter;             // cohesive: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
-  RealVec mean;                // bulk viscosity: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
+  RealVec mean;                // bulk viscosity: [kind][nen*dim + 3] gradient, volume, 2c/omega, L (6.35)
   // cohesive cracks
   bool opens() const { return law_opens(law.kind); }
   // enhanced strains with an initial stress (2.46)
@@ -281,14 +281,26 @@ struct BulkStep {
   double xi = 0.0;             // explicit: largest damping ratio so far
 };
 
-// bulk_stress : rho L (b1 c + b2^2 L <-rate>) rate, and the damping ratio xi; rate: change of volume over
-// volume and time, c: speed of waves, size: L                                    doc/theory.md (6.35), (6.36)
+// bulk_length : length of the linear part in an explicit increment that lasts dt. Lumped masses disperse
+// waves by (h/lambda)^2, central differences take (c dt/h)^2 of it back: short increments need more viscosity
+//                                                                                  doc/theory.md (6.35)
+//   in   size     L of the element;   way   c dt
+inline double bulk_length(double size, double way)
+{
+  const double part = std::min(1.0, way / size);
+  return size * std::max(1.0, 2.0 * std::sqrt(1.0 - part * part));
+}
+
+// bulk_stress : rho (b1 c length + b2^2 L^2 <-rate>) rate;  rate: change of volume over volume and time,
+// c: speed of waves, size: L                                                     doc/theory.md (6.35), (6.36)
+//   out  span     over 2 c/omega it is the damping ratio
 template <class Real>
-inline Real bulk_stress(const BulkStep& k, double density, double c, Real size, Real rate, Real& xi)
+inline Real bulk_stress(const BulkStep& k, double density, double c, Real length, Real size, Real rate,
+                        Real& span)
 {
   const Real zero{}, squeezed = rate < zero ? -rate : zero;
-  xi = k.linear + k.quadratic * k.quadratic * size / c * squeezed;
-  return density * c * size * xi * rate;
+  span = k.linear * length + k.quadratic * k.quadratic * size * size / c * squeezed;
+  return density * c * span * rate;
 }
 
 // least det F by which the rate is divided: what is turned inside out is refused by its stress  (no test)
@@ -296,21 +308,22 @@ const double LEAST_J = 0.01;
 
 // bulk_mid : bulk viscosity over an increment of the energy-momentum scheme, by the gradient at its middle
 //                                                                                  doc/theory.md (6.49)
-//   in   H0, H1   gradients of the displacement at t(n), t(n+1)   [D*D];   size: L + c dt
+//   in   H0, H1   gradients of the displacement at t(n), t(n+1)   [D*D]
+//        length, size   of bulk_stress
 //   out  cof      of the gradient at the middle                   [D*D]
 //        q        pressure;   slope  dq/d(change of volume)
 //   returns       change of volume over volume at t = 0
 template <int D>
-inline double bulk_mid(const BulkStep& k, double density, double c, double size, bool finite,
+inline double bulk_mid(const BulkStep& k, double density, double c, double length, double size, bool finite,
                        const double* H0, const double* H1, double* cof, double& q, double& slope)
 {
-  double H[D * D], change = 0.0, xi;
+  double H[D * D], change = 0.0, span;
   for (int i = 0; i < D * D; ++i) H[i] = finite ? 0.5 * (H0[i] + H1[i]) : 0.0;
   ip_cofactor<D>(H, cof);
   for (int i = 0; i < D * D; ++i) change += cof[i] * (H1[i] - H0[i]);
   const double scale = std::max(ip_det<D>(H), LEAST_J) * k.dt;
-  q     = bulk_stress(k, density, c, size, change / scale, xi);
-  slope = density * c * size * (2.0 * xi - k.linear) / scale;
+  q     = bulk_stress(k, density, c, length, size, change / scale, span);
+  slope = density * c * (2.0 * span - k.linear * length) / scale;
   return change;
 }
 

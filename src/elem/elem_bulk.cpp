@@ -21,10 +21,10 @@ void bulk_pack(const ElemBlock& b, const int* slot, int n, const double* u0, con
 {
   const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
   const double* of[PACK];
-  for (int l = 0; l < PACK; ++l) of[l] = &b.mean[static_cast<size_t>(b.kind[slot[l]]) * (N * D + 2)];
-  Pack mean[N * D + 2], H0[D * D], H1[D * D], cof[D * D], before{};
-  pack_rows(of, N * D + 2, mean);
-  const Pack volume = mean[N * D], size = mean[N * D + 1];
+  for (int l = 0; l < PACK; ++l) of[l] = &b.mean[static_cast<size_t>(b.kind[slot[l]]) * (N * D + 3)];
+  Pack mean[N * D + 3], H0[D * D], H1[D * D], cof[D * D], before{};
+  pack_rows(of, N * D + 3, mean);
+  const Pack volume = mean[N * D], travel = mean[N * D + 1], size = mean[N * D + 2];
   ip_gradient<D, N>(mean, N, pack(u0), H0);
   ip_gradient<D, N>(mean, N, pack(u1), H1);
   for (int l = 0; l < PACK; ++l) before[l] = q0[b.elem[slot[l]]];
@@ -33,8 +33,10 @@ void bulk_pack(const ElemBlock& b, const int* slot, int n, const double* u0, con
   Pack q = before;
   if (k.dt > 0.0) {
     const Pack rate = change / ((1.0 + change0 + 0.5 * change) * k.dt);
-    Pack xi;
-    q = bulk_stress(k, b.density, c, size, rate, xi);
+    Pack length, span;
+    for (int l = 0; l < PACK; ++l) length[l] = bulk_length(size[l], c * k.dt);
+    q = bulk_stress(k, b.density, c, length, size, rate, span);
+    const Pack xi = span / travel;
     const Pack loss = 0.5 * volume * (before + q) * change;
     for (int l = 0; l < n; ++l) {
       k.loss += loss[l];
@@ -60,13 +62,14 @@ template <int D, int N>
 double form_mid(const ElemBlock& b, int slot, const double* u0, const double* u1, bool finite,
                 const BulkStep& k, double* re, double* ke)
 {
-  const double* mean  = &b.mean[static_cast<size_t>(b.kind[slot]) * (N * D + 2)];
+  const double* mean  = &b.mean[static_cast<size_t>(b.kind[slot]) * (N * D + 3)];
   const double volume = mean[N * D], c = std::sqrt((b.law.lam + 2.0 * b.law.mu) / b.density);
   double H0[D * D], H1[D * D], cof[D * D], g[N * D], q, slope;
   ip_gradient<D, N>(mean, N, u0, H0);
   ip_gradient<D, N>(mean, N, u1, H1);
+  const double size = mean[N * D + 2], way = c * k.dt;
   const double change =
-      bulk_mid<D>(k, b.density, c, mean[N * D + 1] + c * k.dt, finite, H0, H1, cof, q, slope);
+      bulk_mid<D>(k, b.density, c, 2.0 * size + way, size + way, finite, H0, H1, cof, q, slope);
   bulk_rows<D>(cof, mean, N, g);
   for (int i = 0; i < N * D; ++i) re[i] = volume * q * g[i];
   if (ke) {

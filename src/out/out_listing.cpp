@@ -209,7 +209,12 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                                                  : std::to_string(d.intermediate).c_str(),
                  d.augment, d.normal_only ? "one direction" : "all directions");
   }
-  std::fprintf(file, "  history         every %d increments\n", m.output.history_at.every());
+  const HistoryOutput& at = m.output.history_at;
+  const bool rapid = std::any_of(m.step.begin(), m.step.end(),
+                                 [](const Step& x) { return x.explicit_steps(); });
+  std::fprintf(file, "  history         every %d increments%s\n", at.every(),
+               rapid && at.every_explicit() != at.every()
+                   ? (", in explicit steps every " + std::to_string(at.every_explicit())).c_str() : "");
   if (m.output.vtk.on)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n",
                  m.part.on     ? ".pvtu and a .vtu of each rank, since the model is divided"

@@ -164,7 +164,7 @@ bool bulk_of_point(const Model& m, const Points& pts, const PointLaws& law, cons
   const double density = of.material->density, c = std::sqrt((of.lam + 2.0 * of.mu) / density),
                size    = *std::min_element(of.crack.box, of.crack.box + D) + c * mode.bulk->dt;
   const double change =
-      bulk_mid<D>(*mode.bulk, density, c, size, mode.finite, H0, H1, cof, out.force, out.slope);
+      bulk_mid<D>(*mode.bulk, density, c, size, size, mode.finite, H0, H1, cof, out.force, out.slope);
   out.force *= pts.V0[p];
   out.slope *= pts.V0[p];
   out.loss = out.force * change;
@@ -189,11 +189,11 @@ void add_bulk(const Model& m, const Points& pts, const PointLaws& law, const Lev
                size    = *std::min_element(box, box + D), J0 = ip_det<D>(H0), J1 = ip_det<D>(H1);
   double q = before;
   if (k.dt > 0.0) {
-    double xi;
-    q = bulk_stress(k, density, c, size, (J1 - J0) / (0.5 * (J0 + J1) * k.dt), xi);
+    double span;
+    q = bulk_stress(k, density, c, size, size, (J1 - J0) / (0.5 * (J0 + J1) * k.dt), span);
     if (opens) q = 0.0;
     k.loss += 0.5 * pts.V0[p] * (before + q) * (J1 - J0);
-    if (!opens) k.xi = std::max(k.xi, xi);
+    if (!opens) k.xi = std::max(k.xi, span / size);
   }
   h.np1[law.viscous] = q;
   double cof[D * D];

@@ -519,6 +519,24 @@ TEST(Deck, nearly_incompressible_material_locks)
   EXPECT_FALSE(says(read(text("CPS4", "0.499")), "too stiff"));
 }
 
+TEST(Deck, what_flows_and_may_break_locks)
+{
+  const auto text = [](const char* type, bool breaks) {
+    return "*BLOCK, TYPE=" + std::string(type) +
+           ", ELSET=P\n0, 0, 0, 1, 1, 1\n1, 1, 1\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0\n*DRUCKER PRAGER\n40, 1, 0\n"
+           "*DRUCKER PRAGER HARDENING\n10, 0\n*SOLID SECTION, ELSET=P, MATERIAL=M\n" +
+           (breaks ? "*EIGENFRACTURE, ELSET=P, CRITERION=COHESIVE\n0.01, 1\n" : "") + "*BOUNDARY\nP, 1, 3\n" + step;
+  };
+  EXPECT_FALSE(says(read(text("C3D8", false)), "too stiff"));
+  EXPECT_TRUE(says(read(text("C3D4", false)), "use C3D20R or C3D8"));
+  for (const char* type : {"C3D4", "C3D8"}) {
+    const Answer a = read(text(type, true));
+    EXPECT_TRUE(says(a, "material that may break has no F-bar")) << a.text;
+    EXPECT_FALSE(says(a, "use C3D20R"));
+    EXPECT_FALSE(says(a, "Poisson"));
+  }
+}
+
 TEST(Deck, warnings_do_not_stop_the_run)
 {
   const Answer a = read(block + "*MATERIAL, NAME=SPARE\n*ELASTIC\n1, 0\n" + held +
