@@ -147,14 +147,12 @@ std::string size_fault(const FractureDef& f, const Material& mat, double size, c
 }
 
 // why no crack of the definition can grow along a line; empty: they can
-//   in   given   TRACK=YES is in the deck: in steps with RIKS too
+//   in   given   TRACK=YES is in the deck: in motion and in steps with RIKS too
 std::string track_fault(const Model& m, const FractureDef& f, bool given)
 {
   if (m.dim != 2) return "a crack grows from a tip in the plane only";
-  const auto other_step = [&](const Step& s) {
-    return s.proc == PROC_DYNAMIC || (s.arc.on && !given);
-  };
-  if (std::any_of(m.step.begin(), m.step.end(), other_step)) return "in steps with *STATIC only";
+  const auto must_give = [](const Step& s) { return s.proc == PROC_DYNAMIC || s.arc.on; };
+  if (!given && std::any_of(m.step.begin(), m.step.end(), must_give)) return "not by default";
   const auto other = [&](int e) {
     const int material = model_material(m, e);
     return material >= 0 && m.material[material].law != LAW_SVK;

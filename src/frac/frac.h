@@ -201,16 +201,20 @@ struct TrackResult {
   std::vector<TrackStart> start;
 };
 
-// frac_track : TRACK: statics, after a converged increment: moves the tips of cohesive cracks through the
+// frac_track : TRACK: after a converged increment: moves the tips of cohesive cracks through the
 // elements that have begun to crack, turns them (2.36d), and marks which elements may begin next:  (2.36c)
-// those on the lines from the tips, and none beside a crack. Writes the marks to both levels.
+// those on the lines from the tips, and none beside a crack. Writes the marks to level n.
 // Cracks that start at a corner are not added: the increment is to be repeated after frac_start. Collective.
 void frac_track(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, State& st,
                 TrackResult& result);
 
-// frac_start : adds the tips of such cracks at the start of the increment. Collective.
+// frac_start : adds the tips of such cracks at the start of the increment; result: lines without room, at the
+// first marks. Collective.
 void frac_start(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
-                const std::vector<TrackStart>& start, State& st);
+                const std::vector<TrackStart>& start, State& st, TrackResult& result);
+
+// frac_track_again : the mark of an element that comes back: across a crack it cracks as without TRACK
+int frac_track_again(const FracMesh& fm, const Fracture& fr, int e);
 
 // frac_when : time of the criterion of each on the line through its values at l0 and l1, which may lie before
 // l0 (7.15); l1 in statics, with FALLBACK, COHESIVE and for elements with sudden release. Collective.

@@ -77,11 +77,24 @@ double largest_opening(const Tracker& t, int e)
   return largest;
 }
 
+// A crack that iterations have begun (crack_begin) and that has not opened since counts as not begun: it
+// opens as one that has no history, and moves no tip
+void forget_forced(Tracker& t, int e)
+{
+  const double FORCED = 1.5e-6;        // of the opening at zero traction
+  const MatLaw& law   = t.block(e).law;
+  if (!t.st.n.cracked[e] || t.el.broken(e) >= 0) return;
+  if (largest_opening(t, e) <= FORCED * crack_open(law.crack)) t.st.n.cracked[e] = 0;
+}
+
 void find_openings(Tracker& t)
 {
   t.opening.assign(t.m.mesh.nelem(), 0.0);
   for (int e = 0; e < t.m.mesh.nelem(); ++e)
-    if (tracks(t, e) && t.m.part.works(e)) t.opening[e] = largest_opening(t, e);
+    if (tracks(t, e) && t.m.part.works(e)) {
+      forget_forced(t, e);
+      t.opening[e] = largest_opening(t, e);
+    }
   frac_share(t.m.part, t.opening);
 }
 
@@ -325,6 +338,32 @@ void begin(Tracker& t)
   }
 }
 
+// The element that a line from x along d enters beyond a hole, within the reach of element e and connected
+// with it: beside the crack nothing else begins there. -1: none
+//   out   in   where
+int beyond_hole(Tracker& t, int e, const double* x, const double* d, double* in)
+{
+  const double ROUND = 1e-6;           // sizes of an element
+  double nearest = reach(t, e);
+  int found = -1;
+  around(t, e, x, 2.0 * nearest, [&](int o) {
+    const ShapeInfo& s = t.shape(o);
+    for (int f = 0; f < s.nface; ++f) {
+      if (present(t, t.fm.across[6 * static_cast<size_t>(o) + f])) continue;
+      const double *a = t.node(o, s.face[f][0]), *b = t.node(o, s.face[f][1]);
+      const double n[2] = {b[1] - a[1], a[0] - b[0]}, side[2] = {b[0] - a[0], b[1] - a[1]},
+                   to[2] = {a[0] - x[0], a[1] - x[1]};
+      if (dot(d, n) >= 0.0) continue;
+      const double along = dot(to, n) / dot(d, n), at = cross(to, d) / cross(d, side);
+      if (along < ROUND * t.fm.size[o] || along >= nearest || at < 0.0 || at > 1.0) continue;
+      nearest = along;
+      found   = o;
+    }
+  });
+  for (int i = 0; i < 2; ++i) in[i] = x[i] + nearest * d[i];
+  return found >= 0 && t.fr.tracked[found] == 0 && intact(t, found) ? found : -1;
+}
+
 // moves tip k through the last element on its line that has begun, and all before it, which keep the line;
 // the length it moves by
 double advance(Tracker& t, int k)
@@ -356,7 +395,14 @@ double advance(Tracker& t, int k)
     ahead = e;
     if (ends) break;
   }
-  // it meets a crack, a hole, or what cannot break
+  // it meets a hole, and goes on beyond it
+  const bool removed = ahead >= 0 && t.fr.phase[ahead] == AS_NOTHING;
+  if (removed || (ahead < 0 && last >= 0 && !ends)) {
+    double in[2];
+    ahead = beyond_hole(t, removed ? ahead : last, tip, d, in);
+    if (ahead >= 0) std::copy_n(in, 2, tip);
+  }
+  // it meets a crack, or what cannot break
   const bool stops = ahead >= 0 && (t.fr.tracked[ahead] == ON_PATH || !tracks(t, ahead) ||
                                     !(begun(t, ahead) || intact(t, ahead)));
   t.result.advance = std::max(t.result.advance, moved / (ADVANCE * end));
@@ -366,6 +412,21 @@ double advance(Tracker& t, int k)
   }
   if (stops) ahead = -1;
   return moved;
+}
+
+// A tip lies on the face between the last element of the crack, which its line has cut, and that ahead. A
+// direction that points back into the last element becomes that along the face, and a little ahead
+void keep_ahead(const Tracker& t, int ahead, const double* x, double* d)
+{
+  const double ROUND = 1e-6, LEAST = 0.05;             // sizes of an element; angle with the face
+  double out[2];
+  const int* face = t.shape(ahead).face[leave(t, ahead, x, d, out)];
+  if (std::hypot(out[0] - x[0], out[1] - x[1]) > ROUND * t.fm.size[ahead]) return;
+  const double *a = t.node(ahead, face[0]), *b = t.node(ahead, face[1]);
+  const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
+  double along[2] = {(b[0] - a[0]) / length, (b[1] - a[1]) / length};
+  const double in[2] = {-along[1], along[0]}, side = dot(along, d) < 0.0 ? -1.0 : 1.0;
+  for (int i = 0; i < 2; ++i) d[i] = side * std::cos(LEAST) * along[i] + std::sin(LEAST) * in[i];
 }
 
 // turns tip k, which has moved, towards the direction of the mean
@@ -378,6 +439,77 @@ void turn(Tracker& t, int k, double moved)
   const double angle = std::atan2(d[1], d[0]) + std::min(1.0, moved / over) * turn_wanted(t, e, x, d, line);
   d[0] = std::cos(angle);
   d[1] = std::sin(angle);
+  keep_ahead(t, e, x, d);
+}
+
+// The largest principal stress over the strength of an element beside the tip of a crack
+struct Hot { double share = 0.0; int number = -1; double X[2] = {0, 0}; };
+
+// the element that is stressed most within the reach of a tip in element e, of those that may not begin; its
+// stress is the mean of the integration points. Collective
+Hot most_stressed(Tracker& t, int e, const double* x)
+{
+  Hot most;
+  around(t, e, x, reach(t, e), [&](int o) {
+    if (t.fr.tracked[o] != 0 || begun(t, o) || !intact(t, o) || !t.m.part.works(o)) return;
+    double S[3] = {0, 0, 0};
+    for (int g = 0; g < t.shape(o).ngp; ++g) {
+      IpFields f;
+      elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, o, g, f);
+      const Eigen::Matrix2d sig = stress_at_rest(f) / t.shape(o).ngp;
+      S[0] += sig(0, 0);
+      S[1] += sig(1, 1);
+      S[2] += sig(0, 1);
+    }
+    const double largest = 0.5 * (S[0] + S[1]) + std::hypot(0.5 * (S[0] - S[1]), S[2]);
+    const Hot hot{largest / t.m.fracture[t.fm.def[o]].ft, t.m.part.elem_number(o),
+                  {t.centre(o)[0], t.centre(o)[1]}};
+    if (hot.share > most.share || (hot.share == most.share && hot.number < most.number)) most = hot;
+  });
+  std::vector<Hot> all = {most};
+  comm_allgatherv(all);
+  for (const Hot& hot : all)
+    if (hot.share > most.share || (hot.share == most.share && hot.number < most.number)) most = hot;
+  return most;
+}
+
+// the element within two sizes of e that has not begun and contains a point, -1: none
+int element_at(Tracker& t, int e, const double* at)
+{
+  int found = -1;
+  around(t, e, at, MEAN_SIZES * t.fm.local[e], [&](int o) {
+    const ShapeInfo& s = t.shape(o);
+    bool inside = t.fr.tracked[o] == 0 && intact(t, o) && !begun(t, o);
+    for (int f = 0; f < s.nface; ++f) {
+      const double *a = t.node(o, s.face[f][0]), *b = t.node(o, s.face[f][1]);
+      const double side[2] = {b[0] - a[0], b[1] - a[1]}, to[2] = {at[0] - a[0], at[1] - a[1]};
+      inside = inside && cross(side, to) >= 0.0;
+    }
+    if (inside) found = o;
+  });
+  return found;
+}
+
+// A tip rests while what may not begin beside it is stressed far above the strength: its line is turned at
+// once, towards what is stressed most                                                              (2.36d)
+void turn_at_rest(Tracker& t, int k)
+{
+  const double STRESSED = 2.0, OFF = 0.02;             // strengths; sizes of an element
+  const int e = t.fr.tip_elem[k];
+  if (begun(t, e)) return;
+  double *x = &t.fr.tip[4 * static_cast<size_t>(k)], *d = x + 2;
+  const Hot hot = most_stressed(t, e, x);
+  if (hot.share < STRESSED) return;
+  const double angle = std::atan2(d[1], d[0]) + turn_wanted(t, e, x, d, length_through(t, e, x, d));
+  const double to[2] = {hot.X[0] - x[0], hot.X[1] - x[1]};
+  double next[2] = {std::cos(angle), std::sin(angle)};
+  if (dot(next, to) < 0.0)
+    for (double& c : next) c = -c;
+  const double off   = OFF * t.fm.size[e], at[2] = {x[0] + off * next[0], x[1] + off * next[1]};
+  const int ahead    = element_at(t, e, at);
+  if (ahead < 0) return;
+  std::copy_n(next, 2, d);
+  t.fr.tip_elem[k] = ahead;
 }
 
 // advances tips from first on, and turns those that have moved
@@ -386,7 +518,9 @@ void grow(Tracker& t, int first)
   for (int k = first; k < t.ntip(); ++k) {
     if (t.fr.tip_elem[k] < 0) continue;
     const double moved = advance(t, k);
-    if (moved > 0.0 && t.fr.tip_elem[k] >= 0) turn(t, k, moved);
+    if (t.fr.tip_elem[k] < 0) continue;
+    if (moved > 0.0) turn(t, k, moved);
+    else turn_at_rest(t, k);
   }
 }
 
@@ -548,12 +682,12 @@ Start better_start(const Start& a, const Start& b)
   return b.area < (1.0 - ROUND) * a.area ? b : a;
 }
 
-// calls mark(history) at the integration points of both levels
+// calls mark(history) at the integration points at t(n)
 template <class Mark>
 void for_history(Tracker& t, int e, Mark mark)
 {
   for (int g = 0; g < t.shape(e).ngp; ++g)
-    for (Level* l : {&t.st.n, &t.st.np1}) mark(g, history_at(l->he, t.el.history, t.el.gauss_of[e] + g));
+    mark(g, history_at(t.st.n.he, t.el.history, t.el.gauss_of[e] + g));
 }
 
 // an element of the flank of a start opens between its node there and the others
@@ -737,12 +871,21 @@ void frac_track(const Model& m, const Step& s, const Elements& el, const FracMes
 }
 
 void frac_start(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
-                const std::vector<TrackStart>& start, State& st)
+                const std::vector<TrackStart>& start, State& st, TrackResult& result)
 {
-  TrackResult none;
-  Tracker t{m, s, el, fm, st, st.frac, none, {}, {}};
+  result = TrackResult();
+  Tracker t{m, s, el, fm, st, st.frac, result, {}, {}};
   if (t.fr.tracked.empty()) begin(t);
   find_openings(t);
   for (const TrackStart& c : start) add_start(t, c);
   mark(t);
+}
+
+int frac_track_again(const FracMesh& fm, const Fracture& fr, int e)
+{
+  for (int f = 0; f < 6; ++f) {
+    const int o = fm.across[6 * static_cast<size_t>(e) + f];
+    if (o >= 0 && fr.tracked[o] == ON_PATH) return FREE;
+  }
+  return 0;
 }

@@ -283,6 +283,32 @@ bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const
   return step(law, mode, start, end, h_n, h_np1, S, C);
 }
 
+namespace {
+
+// does a crack along a line begin between the histories? Its traction falls by a jump                (2.36c)
+bool line_begins(const MatLaw& law, const double* h_n, const double* h_np1)
+{
+  if (law.kind != LAW_COHESIVE) return false;
+  const int at = law_field(law_of(law), HISTORY_CRACK);
+  return h_n[at + CRACK_WIDTH] < 0.0 && h_n[at + CRACK_OPENING] == 0.0 && h_np1[at + CRACK_OPENING] > 0.0;
+}
+
+// S and C where a line begins: the mean of whole and cracked material. What the jump releases is dissipated:
+// a discrete gradient would make an impulse of it                                                   (2.36c)
+void begin_gradient(const LawOutput& zero, const LawOutput& one, const double* E0, const double* E1,
+                    bool plane_stress, const double* h_n, double* h_np1, double* S, double* C)
+{
+  double d[6];
+  for (int i = 0; i < 6; ++i) {
+    d[i] = plane_stress && i == 2 ? 0.0 : E1[i] - E0[i];
+    S[i] = 0.5 * (zero.S[i] + one.S[i]);
+  }
+  for (int i = 0; C && i < 36; ++i) C[i] = 0.5 * one.D[i];
+  h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + zero.psi + six_dot(S, d) - one.psi;
+}
+
+}  // namespace
+
 bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
                   const double* h_n, double* h_np1, double* S, double* C)
 {
@@ -295,11 +321,14 @@ bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, c
     MatLaw before = law;                               // with the width of this increment
     std::fill_n(before.crack.across, 3, 0.0);
     before.crack.band = 0.0;
+    const bool begins = line_begins(law, h_n, h_np1);
+    if (begins) before.crack.strength = HUGE_VAL;      // whole at t(n)
     if (!update_total(before, mode.finite, start, h_n, scratch, false, zero)) return false;
     // dissipation as the difference of the history, which the ledger reads
     const bool keeps  = !law_of(law).history.empty();
     const double loss = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;
-    discrete_gradient(zero, one, loss, E0, E1, law.plane == PLANE_STRESS, S, C);
+    if (begins) begin_gradient(zero, one, E0, E1, law.plane == PLANE_STRESS, h_n, h_np1, S, C);
+    else discrete_gradient(zero, one, loss, E0, E1, law.plane == PLANE_STRESS, S, C);
     const double more = mode.s_new - 0.5;              // numerical damping
     for (int i = 0; i < 6; ++i) S[i] += more * (one.S[i] - zero.S[i]);
     for (int i = 0; C && i < 36; ++i) C[i] += more * one.D[i];

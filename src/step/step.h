@@ -400,6 +400,9 @@ bool step_flow_unsymmetric(const Model& m);
 // step_opens : can cohesive cracks open?
 bool step_opens(const Model& m);
 
+// step_tracks : do cohesive cracks grow along lines (TRACK)?
+bool step_tracks(const Model& m);
+
 // step_mode : data of the scheme for the kernel: S of energy-momentum, or all at t(n+1)
 KernelMode step_mode(const Step& s);
 
@@ -583,6 +586,10 @@ bool step_can_undo(const State& st, const UndoPoint& u);
 
 // step_reshape : reshapes domains of *MATERIAL POINTS, RESHAPE at t(n), just converged               (3.20)
 Failure step_reshape(Problem& p, const Step& s, double t_step);
+
+// step_warn_lost : warns once of a line of TRACK that ends in an element before others that cannot break, or
+// are stronger, or has no room to turn; -1: none. Collective
+void step_warn_lost(Problem& p, int elem);
 
 // step_fracture : fracture, conversion and release at t(n), just converged; statics: equilibrium at the same
 // load, until nothing breaks any more. Not ok: the state is that of a failed attempt.

@@ -223,23 +223,12 @@ void book_leap(Problem& p, const Step& s, double& account)
   ledger_balance(p.m.dim, p.st.n, p.st);
 }
 
-// warns once of a line that ends before elements that cannot break, or are stronger, or has no room to turn
-void warn_lost(Problem& p, int elem)
-{
-  const int label = comm_allreduce_max(elem >= 0 ? p.m.mesh.elem_label[elem] : -1);
-  if (label < 0 || !p.warned.insert("line of a crack lost").second) return;
-  log_warn("time %.8g: at element %d a crack has no room to turn, or meets elements that are stronger, "
-           "cannot break or have no TRACK: there it grows as without it, and may follow the rows of the mesh",
-           p.st.n.time, label);
-}
-
-// statics, TRACK: where cracks may grow in the next increment. CRITERION_EXCEEDED: the increment is too long,
+// TRACK: where cracks may grow in the next increment. CRITERION_EXCEEDED: the increment is too long,
 // or is to be repeated with cracks that start at corners
 Failure track_cracks(Problem& p, const Step& s, UndoPoint& before, BreakWatch& w)
 {
-  const auto tracks = [](const FractureDef& f) { return f.track; };
   w.track = TrackResult();
-  if (std::none_of(p.m.fracture.begin(), p.m.fracture.end(), tracks)) return STATUS_OK;
+  if (!step_tracks(p.m)) return STATUS_OK;
   Timer timer(PHASE_FRACTURE);
   step_undo_state(p.st, before);
   frac_track(p.m, s, p.d.el, p.d.fm, p.st, w.track);
@@ -250,11 +239,15 @@ Failure track_cracks(Problem& p, const Step& s, UndoPoint& before, BreakWatch& w
                   w.track.advance);
     return {CRITERION_EXCEEDED, text};
   }
-  if (!w.track.start.empty()) {
+  if (s.explicit_steps() && !w.track.start.empty()) {  // what has opened since the last test is negligible
+    TrackResult first;
+    frac_start(p.m, s, p.d.el, p.d.fm, w.track.start, p.st, first);
+    step_warn_lost(p, first.lost);
+  } else if (!w.track.start.empty()) {
     const int node = p.m.mesh.node_label[w.track.start.front().node];
     return {CRITERION_EXCEEDED, "a crack starts at node " + std::to_string(node)};
   }
-  warn_lost(p, w.track.lost);
+  step_warn_lost(p, w.track.lost);
   return STATUS_OK;
 }
 
@@ -275,6 +268,15 @@ Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, con
 
 }  // namespace
 
+void step_warn_lost(Problem& p, int elem)
+{
+  const int label = comm_allreduce_max(elem >= 0 ? p.m.mesh.elem_label[elem] : -1);
+  if (label < 0 || !p.warned.insert("line of a crack lost").second) return;
+  log_warn("time %.8g: at element %d a crack has no room to turn, or meets elements that are stronger, "
+           "cannot break or have no TRACK: there it grows as without it, and may follow the rows of the mesh",
+           p.st.n.time, label);
+}
+
 Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& before, BreakWatch& watch,
                       RealVec& energy, Output& out)
 {
@@ -288,7 +290,8 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
   const RealVec none;
   const bool known = s.explicit_steps() && frac_uses_energy(p.m) && step_tests(p, s, p.st.n.time);
   for (bool start = true;; start = false) {
-    if (s.proc == PROC_STATIC || step_tests(p, s, p.st.n.time)) {
+    const bool due = step_tests(p, s, p.st.n.time), tests = due || !s.explicit_steps();
+    if (s.proc == PROC_STATIC || due) {
       if (s.explicit_steps()) mean = p.st.frac.mean;
       find_erosions(p.m, p.d, s, p.stable.crossing, energy, p.st, erode, start ? watch.first : later);
     } else if (s.explicit_steps()) {
@@ -314,8 +317,11 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
     if (converts && s.proc == PROC_DYNAMIC)
       frac_to_release(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
-    if (erode.empty() && convert.empty() && torn.empty()) {
-      return track_cracks(p, s, before, watch);
+    // statics: in equilibrium, when nothing breaks any more
+    const bool rests = erode.empty() && convert.empty() && torn.empty();
+    if ((s.proc == PROC_DYNAMIC && tests) || rests) {
+      const Failure tracked = tests ? track_cracks(p, s, before, watch) : Failure();
+      if (rests || !tracked.ok()) return tracked;
     }
     const ForceChange change = force_change(p, s, erode, convert.empty() && torn.empty());
     Failure failure =

@@ -77,7 +77,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   c.unsymmetric_flow = step_flow_unsymmetric(m);
   for (const FractureDef& f : m.fracture)
     c.unsymmetric_flow = c.unsymmetric_flow || f.residual == SPLIT_GRANULAR;
-  c.opens = s.proc == PROC_STATIC && step_opens(m);
+  c.opens = (s.proc == PROC_STATIC || (step_tracks(m) && !s.explicit_steps())) && step_opens(m);
   if (s.proc == PROC_STATIC && d.pairs.near) {
     int slips = 0;
     for (double mu : st.bonds.contact.friction) slips = slips || mu > 0.0;
@@ -202,6 +202,7 @@ void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
   for (RealVec Level::*x : {&Level::slip, &Level::lambda, &Level::lambda_n, &Level::hp, &Level::degr,
                             &Level::q})
     l.*x = n.*x;
+  if (!p.st.frac.tracked.empty()) l.he = n.he;          // marks of elements without a crack      (2.36c)
   elem_copy_history(p.d.el, n, l);
   l.time = n.time;
   if (s.bulk()) l.q.resize(p.m.mesh.nelem(), 0.0);
@@ -263,6 +264,11 @@ bool step_opens(const Model& m)
 {
   return std::any_of(m.fracture.begin(), m.fracture.end(),
                      [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; });
+}
+
+bool step_tracks(const Model& m)
+{
+  return std::any_of(m.fracture.begin(), m.fracture.end(), [](const FractureDef& f) { return f.track; });
 }
 
 KernelMode step_mode(const Step& s)

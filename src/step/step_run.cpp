@@ -23,7 +23,7 @@ const double WARN_STATIC = 0.2;
 const int CRAWL_INCREMENTS = 100;
 const double CRAWL_PART = 1e-3;
 
-// TRACK: an increment is not cut below this part of its step for the advance of a crack
+// TRACK: an increment is not cut below this part of its step, in motion of its dt, for the advance of a crack
 // (test: strength/l_panel_track.inp)
 const double LEAST_OF_STEP = 0.005;
 
@@ -337,7 +337,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
     step_undo_later(st, inc.undo);
     inc.undoes = true;
   } else if (p.d.fm.on && moves) {
-    begin_undo(st, false, inc);                      // after the initial acceleration
+    begin_undo(st, step_tracks(p.m), inc);           // after the initial acceleration
   }
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
@@ -379,6 +379,12 @@ void warn_snapped(Problem& p, const Level& before)
            st.n.time, sum[0], 2.0 * sum[1] / sum[0]);
 }
 
+// TRACK: an increment is not cut below this for the advance of a crack                                  time
+double least_increment(const Step& s)
+{
+  return std::max(s.dt_min, LEAST_OF_STEP * (s.proc == PROC_DYNAMIC ? s.dt : s.period));
+}
+
 // one attempt over inc.dt; if it converges, its end becomes t(n), and elements break
 Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
 {
@@ -402,8 +408,8 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   }
   const double t = s.arc.on ? clock.load : clock.t + inc.dt;
   inc.known = s.explicit_steps() && frac_uses_energy(p.m) && step_tests(p, s, st.n.time);
-  inc.watch.shortens = inc.watch.on && st.log.cuts < s.ctl.max_cut &&
-                       inc.shorter >= std::max(s.dt_min, LEAST_OF_STEP * s.period);
+  inc.watch.shortens = !s.direct && !s.explicit_steps() && st.log.cuts < s.ctl.max_cut &&
+                       inc.shorter >= least_increment(s);
   failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   if (failure.status == CRITERION_EXCEEDED && inc.watch.track.advance == 0.0 &&
       !cut_to_break(p.m, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
@@ -468,7 +474,9 @@ bool start_cracks(Problem& p, const Step& s, const Ledger& before, Increment& in
   clock.ended     = inc.clock.ended;
   st.clock  = clock;
   st.ledger = before;
-  frac_start(p.m, s, p.d.el, p.d.fm, inc.watch.track.start, st);
+  TrackResult first;
+  frac_start(p.m, s, p.d.el, p.d.fm, inc.watch.track.start, st, first);
+  step_warn_lost(p, first.lost);
   begin_undo(st, true, inc);
   log_note("  %s: the increment is repeated with its line", failure.note.c_str());
   return step_prepare(p, s).ok();
