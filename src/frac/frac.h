@@ -63,6 +63,8 @@ struct Erosion {
   int def = -1;                // index into Model::fracture
   double X[3] = {0, 0, 0};     // centre at t = 0
   double gain = 1.0;           // value over the estimate of the element that represents the front
+  double N[3] = {0, 0, 0};     // normal of the crack, 0: from the strain
+  double twist = 0.0;          // in space: share of K_III in G
 };
 
 // The element with the largest excess of its criterion

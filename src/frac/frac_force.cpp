@@ -159,6 +159,46 @@ void take_surface(const Scan& s, int e, double radius, double* J)
 // three: 0.67), and maximum variance across it, relative to that along it
 // (test: K7, fracture/interface_3d.inp)
 const double SPACING = 0.5, PLANE_RADIUS = 2.5, MIN_SPREAD = 0.1, MAX_FLATNESS = 0.4;
+// in element sizes: radius around an element of a layer with faces on both sides of it  (no test)
+const double LAYER_RADIUS = 1.3;
+
+// second moment of a tetrahedron about its centre, over its volume: the centres alone of the six of a cube
+// tilt the plane of a crack by 5 degrees  (test: fracture/kink_space.inp), with type=4
+Eigen::Matrix3d own_spread(const Scan& s, int o)
+{
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (int a = 0; a < 4; ++a) {
+    Eigen::Vector3d d;
+    for (int i = 0; i < 3; ++i)
+      d[i] = s.m.mesh.X[3 * static_cast<size_t>(s.m.mesh.conn.begin(o)[a]) + i] - s.fm.centre[3 * o + i];
+    sum += d * d.transpose() / 20.0;
+  }
+  return sum;
+}
+
+// cosine between the normals of faces of a layer, at least  (no test)
+const double PARALLEL = 0.99;
+
+// unit normal of a layer of one or two elements between parallel surfaces of the body; false: none at e
+bool layer_normal(const Scan& s, int e, double* m)
+{
+  bool sides[2] = {false, false}, other = false;
+  frac_in_ball(s.fm, &s.fm.centre[3 * e], LAYER_RADIUS * s.fm.local[e], [&](int o, double) {
+    if (s.el.initial_block[o] < 0) return;
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
+      double mid[3], area[3];
+      if (s.fm.across[6 * o + f] >= 0) continue;
+      face_of(s.m.mesh, o, f, mid, area);
+      const double size = std::hypot(area[0], area[1], area[2]);
+      if (!sides[0] && !sides[1])
+        for (int i = 0; i < 3; ++i) m[i] = area[i] / size;
+      const double same = (area[0] * m[0] + area[1] * m[1] + area[2] * m[2]) / size;
+      other = other || std::fabs(same) < PARALLEL;
+      sides[same < 0.0] = true;
+    }
+  });
+  return sides[0] && sides[1] && !other;
+}
 
 }  // namespace
 
@@ -177,11 +217,17 @@ bool crack_plane(const Scan& s, int e, double* n, double* mid)
     volume += v;
     sum += v * at;
     spread += v * at * at.transpose();
+    if (s.m.mesh.conn.count(o) == 4 && s.m.dim == 3) spread += v * own_spread(s, o);
   });
   if (volume == 0.0) return false;
   const Eigen::Vector3d middle = sum / volume;
   Eigen::Matrix3d about = spread / volume - middle * middle.transpose();
   if (s.m.dim == 2) about(2, 2) = h * h;           // along the front
+  double m[3];
+  if (s.m.dim == 3 && layer_normal(s, e, m)) {
+    const Eigen::Map<const Eigen::Vector3d> front(m);
+    about += h * h * front * front.transpose();
+  }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
   for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
   for (int i = 0; mid && i < 3; ++i) mid[i] = s.fm.centre[3 * e + i] + middle[i];
@@ -228,14 +274,22 @@ void plane_axes(const double* n, double* a, double* b)
   for (int i = 0; i < 3; ++i) b[i] = n[(i + 1) % 3] * a[(i + 2) % 3] - n[(i + 2) % 3] * a[(i + 1) % 3];
 }
 
-// int q n.j ds along the actual front, n its normal, j the direction of J: between neighbouring sampling
-// points in the plane of the crack, one in the crack and one in intact material. 0: not a plane
+// int q n.j ds along the actual front, n its normal, j the direction of J in the plane of the crack: between
+// neighbouring sampling points in that plane, one in the crack and one in intact material. 0: not a plane
+// (test: fracture/kink_space.inp), with layers=3
 double crack_front(const Scan& s, int e, const double* J, double radius)
 {
   double n[3], mid[3], a[3], b[3], off = 0.0, sum = 0.0;
-  const double *c = &s.fm.centre[3 * e], size = std::hypot(J[0], J[1], J[2]), h = s.fm.local[e];
-  if (size == 0.0 || !at_crack(s, e) || !crack_plane(s, e, n, mid)) return 0.0;
+  const double *c = &s.fm.centre[3 * e], h = s.fm.local[e];
+  if (!at_crack(s, e) || !crack_plane(s, e, n, mid)) return 0.0;
   plane_axes(n, a, b);
+  double ja = 0.0, jb = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    ja += J[i] * a[i];
+    jb += J[i] * b[i];
+  }
+  const double size = std::hypot(ja, jb);
+  if (size == 0.0) return 0.0;
   for (int i = 0; i < 3; ++i) off += (mid[i] - c[i]) * n[i];
   const int most    = static_cast<int>(std::ceil(radius / (SPACING * h))), wide = 2 * most + 2;
   const double cell = radius / most;
@@ -257,9 +311,9 @@ double crack_front(const Scan& s, int e, const double* J, double radius)
       for (int side = 0; side < 2; ++side) {
         const int one = state[p * wide + q], p2 = p + (side == 0), q2 = q + (side == 1);
         if (one == 0 || p2 == wide || q2 == wide || one + state[p2 * wide + q2] != 3) continue;
-        double x[3], along = 0.0;
+        double x[3];
         position(p - (side == 0 ? 0.0 : 0.5), q - (side == 1 ? 0.0 : 0.5), x);
-        for (int i = 0; i < 3; ++i) along += (side == 0 ? a[i] : b[i]) * J[i] / size;
+        const double along = (side == 0 ? ja : jb) / size;
         sum += (one == 1 ? along : -along) * cell * weight_at(x, c, radius);
       }
   return sum;

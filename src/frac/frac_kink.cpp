@@ -29,28 +29,31 @@ double series(const double (&c)[N], double x)
   return sum;
 }
 
-// G after an infinitesimal kink by the angle pi m, over K_I^2 + K_II^2 before
-double release(double m, double K1, double K2)
+// G after an infinitesimal kink by the angle pi m, over K_I^2 + K_II^2 + K_III^2/(1 - nu) before.
+// Source of the last: G. C. Sih, J. Appl. Mech. 32 (1965) 51-58
+//   in   K3   K_III/sqrt(1 - nu)
+double release(double m, double K1, double K2, double K3)
 {
-  const double m2 = m * m;
+  const double m2 = m * m, bend = std::fabs(m);
   const double k1 = series(F11, m2) * K1 + m * series(F12, m2) * K2;
   const double k2 = m * series(F21, m2) * K1 + series(F22, m2) * K2;
-  return (k1 * k1 + k2 * k2) / (K1 * K1 + K2 * K2);
+  const double k3 = std::pow((1.0 - bend) / (1.0 + bend), 0.5 * bend) * K3;
+  return (k1 * k1 + k2 * k2 + k3 * k3) / (K1 * K1 + K2 * K2 + K3 * K3);
 }
 
 }  // namespace
 
 // (test: Fracture.KinksReleaseMost)
-Kink kink_of(double ratio)
+Kink kink_of(double ratio, double out)
 {
   const double K2 = std::fabs(ratio);
   Kink best;
   for (int k = 1; k <= 170; ++k) {                   // half degrees
-    const double gain = release(-k / 360.0, 1.0, K2);
+    const double gain = release(-k / 360.0, 1.0, K2, out);
     if (gain > best.gain) best = {-k * pi / 360.0, gain};
   }
   if (ratio < 0.0) best.angle = -best.angle;
   return best;
 }
 
-double kink_share(double angle) { return release(std::min(std::fabs(angle) / pi, 0.5), 1.0, 0.0); }
+double kink_share(double angle) { return release(std::min(std::fabs(angle) / pi, 0.5), 1.0, 0.0, 0.0); }

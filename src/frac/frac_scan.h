@@ -140,6 +140,7 @@ struct Tip {
   double n[3] = {0, 0, 0};     // in space: normal of the crack
   int elem = -1;               // ahead of the tip
   double ratio = 0.0;          // K_II/K_I
+  double out = 0.0;            // in space: K_III/K_I/sqrt(1 - nu), which counts in G as K_II
   double along = 0.0;          // stress along the crack, T                             force/length^2
   bool given = true;           // of the start: nothing has broken there
   bool straight = true;        // equal direction in the ball and in half of it
@@ -158,7 +159,7 @@ void modes_ahead(const Scan& s, int e, Tip& t);
 // crack_tip : the tip of the crack at e, with its modes; false: e is not ahead of it, or it is too short
 bool crack_tip(const Scan& s, int e, Tip& t);
 
-// space_tip : the same at a brick in front of a crack that is a plane there, by J of (7.5) at e: in the plane
+// space_tip : the same in space in front of a crack that is a plane there, by J of (7.5) at e: in the plane
 // normal to its front
 bool space_tip(const Scan& s, int e, const double* J, Tip& t);
 
@@ -170,6 +171,11 @@ double slot_width(const Scan& s, const Tip& t);
 
 // along_line : intact elements on a line of this length from x, up to an unbreakable one; false: none
 bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out);
+
+// along_strip : intact elements that a strip of this length from x along d, with the normal n, cuts within a
+// distance of x along the front, up to an unbreakable one; false: none
+bool along_strip(const Scan& s, int e, const double* x, const double* d, const double* n, double length,
+                 double aside, IntVec& out);
 
 // element_ahead : element ahead, along J, of the foremost cracked element in the ball of e; -1: none
 int element_ahead(const Scan& s, int e, const double* J);

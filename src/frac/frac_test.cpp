@@ -26,6 +26,9 @@ const double KINK_GAIN = 1.05;
 const double KINK_GAIN_GROWN = 1.15;
 // (test: fracture/kink_motion.inp)
 const double KINK_GAIN_MOTION = 1.15;
+// share of K_III in G above which a front in space is reported, and its crack has the normal of the plane
+// (test: fracture/crack_tearing.inp)
+const double TWISTED = 0.2;
 // relative difference of ranks of a symmetric pair, by the tolerance of Newton's method  (no test)
 const double RANK_TOL = 1e-3;
 // elements of a 3D front within this difference break together: |J| varies by it along a straight front.
@@ -93,7 +96,7 @@ bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
   });
   if (s.m.dim == 3 || left || (slot ? !found : !notch_end(s, e, t))) return false;
   if (!slot) modes_ahead(s, e, t);
-  k = kink_of(t.ratio);
+  k = kink_of(t.ratio, t.out);
   return k.gain >= KINK_GAIN_MOTION;
 }
 
@@ -200,6 +203,9 @@ void remove_along(const double* J, double* N)
 
 // in element sizes: length of a kink (theory 7.1)  (no test)
 const double KINK_LENGTH = 3.0;
+// in element sizes: distance along the front up to which an element at it breaks others with its kink;
+// elements at a front are half a size apart  (no test)
+const double KINK_ASIDE = 0.6;
 // cosine between the direction from a crack into an element and the direction, or plane, of the crack; below,
 // or with a centre further off the plane (in element sizes), the element is beside the crack, and its
 // breaking is a kink  (test: K7)
@@ -207,8 +213,6 @@ const double BESIDE_COS = 0.5, BESIDE_DISTANCE = 0.6;
 // in element sizes: distance along the crack from the centre of cracked elements within 2.5; below: a flank
 // (no test)
 const double MIDDLE_DISTANCE = 0.5;
-
-const int MAX_KINK = 16;       // elements of a kink, of a length of three  (no test)
 
 // A candidate, with all data for the choice over all ranks
 struct Candidate {
@@ -222,9 +226,14 @@ struct Candidate {
   bool decides = false;        // at a straight initial crack: other elements of the ball are beside it
   bool at_front = false;       // in space, itself at the front of the crack
   double flanks = 0.0;         // radius of that ball
-  // mixed mode: the elements of the kink
+  // mixed mode: number of elements of the kink
   int nkink = 0;
-  Erosion kink[MAX_KINK];
+};
+
+// An element of the kink of a candidate
+struct Kinked {
+  int of = -1;                 // number of the candidate
+  Erosion x;
 };
 
 Erosion erosion_of(const Scan& s, int e, double value, double rank, const double* J)
@@ -277,6 +286,13 @@ void find_energies(const RealVec& energy, Scan& s)
 }
 
 // gathers the candidates of all ranks, in the order of one rank
+void join(std::vector<Kinked>& all)
+{
+  if (comm_size() == 1) return;
+  comm_allgatherv(all);
+  std::stable_sort(all.begin(), all.end(), [](const Kinked& a, const Kinked& b) { return a.of < b.of; });
+}
+
 void join(std::vector<Candidate>& all)
 {
   if (comm_size() == 1) return;
@@ -331,33 +347,44 @@ bool out_of_reach(const Scan& s, int e, double W_max)
 }
 
 // adds the elements along the kink of the tip t from x, with the value of c; false: there are none
-bool take_line(const Scan& s, const Tip& t, const double* x, const Kink& k, double value, Candidate& c)
+bool take_line(const Scan& s, const Tip& t, const double* x, const Kink& k, double value, Candidate& c,
+               std::vector<Kinked>& kinked)
 {
   const int e = c.x.elem;
-  const double cosine = std::cos(k.angle), sine = std::sin(k.angle), G = value * s.fm.gc[e];
-  double go[3] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine, 0.0};
+  const double cosine = std::cos(k.angle), sine = std::sin(k.angle), G = value * s.fm.gc[e],
+               length = KINK_LENGTH * s.fm.local[e];
+  double go[3] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine, 0.0}, n[3];
   for (int i = 0; i < 3 && s.m.dim == 3; ++i) go[i] = t.d[i] * cosine + t.n[i] * sine;
+  for (int i = 0; i < 3; ++i) n[i] = t.n[i] * cosine - t.d[i] * sine;
   const double J[3] = {G * go[0], G * go[1], G * go[2]};
+  const bool brick  = s.m.dim == 2 || s.el.block[s.el.initial_block[e]].shape == SHAPE_HEX8;
   IntVec line;
-  if (!along_line(s, e, x, go, KINK_LENGTH * s.fm.local[e], line)) return false;
-  c.nkink = std::min<int>(MAX_KINK, line.size());
-  for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], value, value, J);
+  if (brick ? !along_line(s, e, x, go, length, line)
+            : !along_strip(s, e, x, go, n, length, KINK_ASIDE * s.fm.local[e], line))
+    return false;
+  c.nkink = static_cast<int>(line.size());
+  for (int o : line) {
+    Kinked one{c.x.number, erosion_of(s, o, value, value, J)};
+    one.x.twist = c.x.twist;
+    if (c.x.twist > 0.0) std::copy_n(n, 3, one.x.N);
+    kinked.push_back(one);
+  }
   return true;
 }
 
 // BALL: the same at the end of a notch
-void take_notch(const Scan& s, Candidate& c)
+void take_notch(const Scan& s, Candidate& c, std::vector<Kinked>& kinked)
 {
   Tip t;
   Kink k;
   if (!notch_kinks(s, c.x.elem, t, k)) return;
-  take_line(s, t, t.end, k, c.x.value, c);
+  take_line(s, t, t.end, k, c.x.value, c, kinked);
 }
 
 // FORCE: a crack in mixed mode kinks to the largest energy release, gain times that of straight growth;
 // the elements of the kink break together, since J of the ball does not include it yet
 //   in   J   of (7.5)
-void take_kink(const Scan& s, const double* J, Candidate& c)
+void take_kink(const Scan& s, const double* J, Candidate& c, std::vector<Kinked>& kinked)
 {
   const int e = c.x.elem;
   double x[3], into[3];
@@ -365,17 +392,22 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   if (s.m.dim == 3) {
     if (!space_tip(s, e, J, t)) return;
     c.at_front = true;
+    const double share = t.out * t.out / (1.0 + t.ratio * t.ratio + t.out * t.out);
+    if (t.given && share > TWISTED) {
+      c.x.twist = share;
+      std::copy_n(t.n, 3, c.x.N);
+    }
   } else if (crack_face(s, e, x, into)) {
     if (!crack_tip(s, e, t)) return;
   } else {
     if (!notch_end(s, e, t)) return;
     modes_ahead(s, e, t);
   }
-  const Kink k = kink_of(t.ratio);
+  const Kink k = kink_of(t.ratio, t.out);
   double G     = (J[0] * t.d[0] + J[1] * t.d[1] + J[2] * t.d[2]) / s.fm.gc[e] * k.gain;
   if (t.given ? k.gain < KINK_GAIN : G < KINK_GAIN_GROWN * c.x.value) return;
   if (t.given) G -= slot_release(s, t) / s.fm.gc[e] * k.gain;
-  if (!take_line(s, t, t.face, k, G, c)) return;
+  if (!take_line(s, t, t.face, k, G, c, kinked)) return;
   c.decides = t.given && t.straight;
   c.flanks  = std::max(c.ball, FRAC_RADIUS_FORCE * s.fm.local[e]);
   c.x.gain  = G / c.x.value;
@@ -390,7 +422,7 @@ bool kinks(const Scan& s, int e)
   if (estimate_of(s, e) != ESTIMATE_FORCE || !at_initial(s, e)) return false;
   if (s.m.dim == 3) force_estimate(s, e, radius_of(s, e), J);
   return (s.m.dim == 2 ? crack_tip(s, e, t) : space_tip(s, e, J, t)) && t.given && t.straight &&
-         kink_of(t.ratio).gain >= KINK_GAIN;
+         kink_of(t.ratio, t.out).gain >= KINK_GAIN;
 }
 
 // FORCE: near an interface G changes within an element, and J includes the blunt end of a row. In 3D only
@@ -437,18 +469,22 @@ void take_beside(const Scan& s, const double* J, Candidate& c)
 }
 
 // a kink: replaces the element at the tip by the elements of the kink
-void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
+void take_kinks(const MeshPart& part, const std::vector<Kinked>& kinked, std::vector<Candidate>& all)
 {
   std::vector<Candidate> out;
+  IntVec numbers;                                    // of out
   for (const Candidate& c : all) {
-    if (c.nkink == 0) out.push_back(c);
-    for (int i = 0; i < c.nkink; ++i) {
-      bool twice = false;                            // also given by another element at the same tip
-      for (const Candidate& o : out) twice = twice || o.x.number == c.kink[i].number;
-      if (twice) continue;
+    const auto add = [&](const Erosion& x) {         // once: others at the same tip may give it too
+      if (std::find(numbers.begin(), numbers.end(), x.number) != numbers.end()) return false;
+      numbers.push_back(x.number);
       out.push_back(c);
-      out.back().x = c.kink[i];
-      out.back().x.elem = part.elem_here(c.kink[i].number);
+      out.back().x = x;
+      return true;
+    };
+    if (c.nkink == 0) add(c.x);
+    for (const Kinked& k : kinked) {
+      if (c.nkink == 0 || k.of != c.x.number || !add(k.x)) continue;
+      out.back().x.elem = part.elem_here(k.x.number);
     }
   }
   all.swap(out);
@@ -470,7 +506,7 @@ bool flank(const Scan& s, int e)
          std::sqrt(apart) < MIDDLE_DISTANCE * s.fm.local[e];
 }
 
-void by_griffith(Scan& s, int e, double W_max, std::vector<Candidate>& out)
+void by_griffith(Scan& s, int e, double W_max, std::vector<Candidate>& out, std::vector<Kinked>& kinked)
 {
   const double least = FRAC_MIN_DRIVE * s.fm.gc[e] / s.fm.size[e];
   if (s.W[e] <= least) return;
@@ -490,8 +526,8 @@ void by_griffith(Scan& s, int e, double W_max, std::vector<Candidate>& out)
   const double F[3] = {J[0], J[1], J[2]};
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
-  if (force) take_kink(s, F, out.back());
-  if (!force && at_notch(s, e, FRAC_NOTCH * s.fm.local[e])) take_notch(s, out.back());
+  if (force) take_kink(s, F, out.back(), kinked);
+  if (!force && at_notch(s, e, FRAC_NOTCH * s.fm.local[e])) take_notch(s, out.back(), kinked);
   if (force && at && out.back().nkink == 0) take_interface(s, F, out.back());
   if (at && out.back().nkink == 0) take_beside(s, F, out.back());
 }
@@ -669,6 +705,8 @@ void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& ener
   const bool cohesive = s.def(e).criterion == CRITERION_COHESIVE;
   if (cohesive) {
     if (own) mean_normal(s, e, N);
+  } else if (x.N[0] != 0.0 || x.N[1] != 0.0 || x.N[2] != 0.0) {
+    std::copy_n(x.N, 3, N);
   } else {
     split_normal(s.law(e), s.m.dim, E, N);
     remove_along(x.J, N);
@@ -704,6 +742,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   find_energies(energy, s);
   const double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
   std::vector<Candidate> all, open;
+  std::vector<Kinked> kinked;
   // in motion frac_average has found which elements have enough psi+ for a candidate
   const bool averages = s.dynamic() && !fr.mean.empty() && fr.drive_time == l.time;
   for (int e = 0; e < nelem; ++e) {
@@ -711,9 +750,12 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
     if (!m.part.works(e) || !s.intact(e)) continue;
     if (s.def(e).criterion == CRITERION_COHESIVE) by_cohesion(s, e, open);
     else if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
-    else by_griffith(s, e, W_max, all);
+    else by_griffith(s, e, W_max, all, kinked);
   }
-  if (frac_uses_energy(m)) join(all);
+  if (frac_uses_energy(m)) {
+    join(all);
+    join(kinked);
+  }
   if (opens(m)) join(open);
   drop_beside(all);
   keep_fronts(all);
@@ -729,7 +771,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   first = most_exceeded(all, fallback);
   if (first.number >= 0) first.elem = m.part.elem_here(first.number);
   choose(s.dynamic(), fallback, all);
-  take_kinks(m.part, all);
+  take_kinks(m.part, kinked, all);
   all.insert(all.end(), open.begin(), open.end());
   for (Candidate& c : all) {
     c.x.elem = m.part.elem_here(c.x.number);

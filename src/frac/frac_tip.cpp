@@ -142,7 +142,7 @@ namespace {
 
 // An element on the line ahead of a tip
 struct Ahead {
-  double along, volume, pull, shear, apart;
+  double along, volume, pull, shear, apart, out;
 };
 
 // End of the line ahead of a tip: where its mean tension over a slice of h turns to pressure. In mode II
@@ -167,20 +167,24 @@ double line_end(const std::vector<Ahead>& line, double h)
 
 namespace {
 
-// ratio and T of a tip from the elements on the line ahead of it
+double poisson_of(const MatLaw& law) { return law.lam3 / (2.0 * (law.lam3 + law.mu)); }
+
+// ratio, out and T of a tip from the elements on the line ahead of it
 void modes_of_line(const Scan& s, int e, const std::vector<Ahead>& line, Tip& t)
 {
   const double end = line_end(line, s.fm.local[e]);
-  double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
+  double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0, out = 0.0;
   for (const Ahead& a : line) {
     if (a.along >= end) continue;
     volume += a.volume;
     normal += a.volume * a.pull;
     shear += a.volume * a.shear;
     apart += a.volume * a.apart;
+    out += a.volume * a.out;
   }
-  const double least = 1e-3 * std::fabs(shear);
-  t.ratio = shear == 0.0 ? 0.0 : shear / std::max(normal, least);
+  const double least = 1e-3 * std::hypot(shear, out), opening = std::max(normal, least);
+  t.ratio = shear == 0.0 ? 0.0 : shear / opening;
+  t.out   = out == 0.0 ? 0.0 : out / (opening * std::sqrt(1.0 - poisson_of(s.law(e))));
   t.along = volume > 0.0 ? apart / (BEFORE_END * volume) : 0.0;
 }
 
@@ -206,7 +210,7 @@ void modes_ahead(const Scan& s, int e, Tip& t)
     for (int k = 0; k < 4; k += 3) S[k] += stress_of_33(s, o);
     const double p[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
     const double pull = p[1] * d[0] - p[0] * d[1];
-    line.push_back({along, s.fm.volume[o], pull, p[0] * d[0] + p[1] * d[1], S[0] + S[3] - 2.0 * pull});
+    line.push_back({along, s.fm.volume[o], pull, p[0] * d[0] + p[1] * d[1], S[0] + S[3] - 2.0 * pull, 0.0});
   });
   modes_of_line(s, e, line, t);
 }
@@ -221,7 +225,11 @@ double dot3(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1]
 // the same in the plane normal to a front in space
 void modes_in_space(const Scan& s, int e, Tip& t)
 {
-  const double h = s.fm.local[e];
+  const double h = s.fm.local[e], *d = t.d, *n = t.n;
+  const bool brick = s.el.block[s.el.initial_block[e]].shape == SHAPE_HEX8;
+  const double aside = (brick ? 0.6 : 1.2) * h;      // tetrahedra: more of them, for a mean
+  double front[3];
+  for (int i = 0; i < 3; ++i) front[i] = d[(i + 1) % 3] * n[(i + 2) % 3] - d[(i + 2) % 3] * n[(i + 1) % 3];
   std::vector<Ahead> line;
   in_kink_ball(s, e, [&](int o, double) {
     if (!s.intact(o)) return;
@@ -229,7 +237,7 @@ void modes_in_space(const Scan& s, int e, Tip& t)
     for (int i = 0; i < 3; ++i) x[i] = s.fm.centre[3 * o + i] - t.end[i];
     const double along = dot3(x, t.d), across = dot3(x, t.n);
     const double side  = std::sqrt(std::max(0.0, dot3(x, x) - along * along - across * across));
-    if (along < h || along > 3.2 * h || std::fabs(across) > 0.5 * h + 0.2 * along || side > 0.6 * h) return;
+    if (along < h || along > 3.2 * h || std::fabs(across) > 0.5 * h + 0.2 * along || side > aside) return;
     mean_strain(s, o, E);
     ip_law<3>(s.law(o), E, S);
     for (int i = 0; i < 3; ++i)
@@ -237,7 +245,8 @@ void modes_in_space(const Scan& s, int e, Tip& t)
         p[i] += S[3 * i + j] * t.n[j];
         q[i] += S[3 * i + j] * t.d[j];
       }
-    line.push_back({along, s.fm.volume[o], dot3(p, t.n), dot3(p, t.d), dot3(q, t.d) - dot3(p, t.n)});
+    const double pull = dot3(p, n);
+    line.push_back({along, s.fm.volume[o], pull, dot3(p, d), dot3(q, d) - pull, dot3(p, front)});
   });
   modes_of_line(s, e, line, t);
 }
@@ -268,11 +277,41 @@ bool side_normal(const Scan& s, int e, double* n)
   });
 }
 
+namespace {
+
+// in element sizes: radius around an element at a jagged front within which its faces count  (no test)
+const double FRONT_RADIUS = 1.5;
+// cosine between the direction of a crack and the normal of a face in front of it, at least  (no test)
+const double FACING_COS = 0.5;
+
+// moves the start of a kink to the mean of the faces of the front around it: tetrahedra meet a crack by
+// inclined faces
+void mean_front(const Scan& s, int e, Tip& t)
+{
+  double size = 0.0, along = 0.0, off = 0.0;
+  frac_in_ball(s.fm, t.face, FRONT_RADIUS * s.fm.local[e], [&](int o, double) {
+    for (int f = 0; s.intact(o) && f < shape_info[elem_table[s.m.mesh.elem_type[o]].shape].nface; ++f) {
+      const int behind = s.fm.across[6 * o + f];
+      double mid[3], area[3];
+      if (behind < 0 || !s.cracked(behind)) continue;
+      face_of(s.m.mesh, o, f, mid, area);
+      const double ahead = -dot3(area, t.d);
+      if (ahead < FACING_COS * std::sqrt(dot3(area, area))) continue;
+      for (int i = 0; i < 3; ++i) mid[i] -= t.face[i];
+      size += ahead;
+      along += ahead * dot3(mid, t.d);
+      off += ahead * dot3(mid, t.n);
+    }
+  });
+  for (int i = 0; size > 0.0 && i < 3; ++i) t.face[i] += (along * t.d[i] + off * t.n[i]) / size;
+}
+
+}  // namespace
+
 bool space_tip(const Scan& s, int e, const double* J, Tip& t)
 {
   double into[3], mid[3], size = 0.0;
   t.elem = e;
-  if (s.el.block[s.el.initial_block[e]].shape != SHAPE_HEX8) return false;
   if (!crack_face(s, e, t.face, into)) return false;
   if (!crack_plane(s, e, t.n, mid) && !side_normal(s, e, t.n)) return false;
   const double off = dot3(J, t.n);
@@ -281,6 +320,7 @@ bool space_tip(const Scan& s, int e, const double* J, Tip& t)
   if (size == 0.0) return false;
   for (double& x : t.d) x /= size;
   if (dot3(t.d, into) < AHEAD_COS) return false;
+  if (s.el.block[s.el.initial_block[e]].shape != SHAPE_HEX8) mean_front(s, e, t);
   std::copy_n(t.face, 3, t.end);
   in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.grown(o); });
   modes_in_space(s, e, t);
@@ -452,6 +492,63 @@ bool along_line(const Scan& s, int e, const double* x, const double* d, double l
     now = element_at(s, at, 2.0 * s.fm.local[e]);
     if (now < 0 || (s.cracked(now) ? !out.empty() : s.fm.def[now] < 0)) break;
     if (s.intact(now) && std::find(out.begin(), out.end(), now) == out.end()) out.push_back(now);
+  }
+  return !out.empty();
+}
+
+namespace {
+
+// in element sizes: a node nearer to a plane lies in it  (no test)
+const double IN_PLANE = 0.05;
+
+// centre of the points in which a plane through x with the normal n meets the lines between the nodes of an
+// element; false: all nodes are on one side
+bool cut_centre(const Mesh& mesh, int o, const double* x, const double* n, double least, double* centre)
+{
+  const int nen = mesh.conn.count(o), *node = mesh.conn.begin(o);
+  double apart[8];
+  int met = 0;
+  for (int a = 0; a < nen; ++a) {
+    const double* X = &mesh.X[3 * static_cast<size_t>(node[a])];
+    apart[a] = (X[0] - x[0]) * n[0] + (X[1] - x[1]) * n[1] + (X[2] - x[2]) * n[2];
+  }
+  if (*std::max_element(apart, apart + nen) < least || *std::min_element(apart, apart + nen) > -least)
+    return false;
+  for (int i = 0; i < 3; ++i) centre[i] = 0.0;
+  for (int a = 0; a < nen; ++a)
+    for (int b = 0; b < nen; ++b) {
+      if (apart[a] <= 0.0 || apart[b] > 0.0) continue;
+      const double part = apart[a] / (apart[a] - apart[b]);
+      for (int i = 0; i < 3; ++i) {
+        const double X = mesh.X[3 * static_cast<size_t>(node[a]) + i];
+        centre[i] += X + part * (mesh.X[3 * static_cast<size_t>(node[b]) + i] - X);
+      }
+      ++met;
+    }
+  for (int i = 0; i < 3; ++i) centre[i] /= met;
+  return true;
+}
+
+}  // namespace
+
+bool along_strip(const Scan& s, int e, const double* x, const double* d, const double* n, double length,
+                 double aside, IntVec& out)
+{
+  const double h = s.fm.local[e];
+  std::vector<std::pair<double, int>> cut;           // distance along d, element
+  out.clear();
+  frac_in_ball(s.fm, x, length + aside + h, [&](int o, double) {
+    double c[3];
+    if (!cut_centre(s.m.mesh, o, x, n, IN_PLANE * h, c)) return;
+    for (int i = 0; i < 3; ++i) c[i] -= x[i];
+    const double along = dot3(c, d);
+    if (along < 0.0 || along > length || dot3(c, c) - along * along > aside * aside) return;
+    if (s.intact(o) || (s.cracked(o) && along > h)) cut.emplace_back(along, o);
+  });
+  std::sort(cut.begin(), cut.end());
+  for (const auto& [along, o] : cut) {
+    if (!s.intact(o) || s.fm.def[o] < 0) break;
+    out.push_back(o);
   }
   return !out.empty();
 }

@@ -223,6 +223,18 @@ void book_leap(Problem& p, const Step& s, double& account)
   ledger_balance(p.m.dim, p.st.n, p.st);
 }
 
+// warns once of a front under shear along it: its elements break at G = Gc, but the crack stays in its plane
+void warn_twisted(Problem& p, const std::vector<Erosion>& erode)
+{
+  const auto twisted = [](const Erosion& e) { return e.twist > 0.0; };
+  const auto first   = std::find_if(erode.begin(), erode.end(), twisted);
+  if (first == erode.end() || !p.warned.insert("front under shear along it").second) return;
+  log_warn("time %.8g: element %d breaks at a front under shear along it (K_III): it has %.0f %% of the "
+           "energy release. The load of the break includes it; the crack does not turn about its direction "
+           "of growth, into facets, as it may in a test",
+           p.st.n.time, first->label, 100.0 * first->twist);
+}
+
 // TRACK: where cracks may grow in the next increment. CRITERION_EXCEEDED: the increment is too long,
 // or is to be repeated with cracks that start at corners
 Failure track_cracks(Problem& p, const Step& s, UndoPoint& before, BreakWatch& w)
@@ -323,6 +335,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
       const Failure tracked = tests ? track_cracks(p, s, before, watch) : Failure();
       if (rests || !tracked.ok()) return tracked;
     }
+    warn_twisted(p, erode);
     const ForceChange change = force_change(p, s, erode, convert.empty() && torn.empty());
     Failure failure =
         apply(p, s, t_step, erode, torn, convert, change, known ? energy : none, before);

@@ -540,6 +540,12 @@ TEST(Fracture, KinksReleaseMost)
   }
   EXPECT_EQ(0.0, kink_of(0.0).angle);
   EXPECT_EQ(1.0, kink_of(0.0).gain);
+  // shear along the front, also with the round-off of other modes: straight on, without a gain
+  EXPECT_EQ(0.0, kink_of(0.0, 1e3).angle);
+  EXPECT_NEAR(1.0, kink_of(1e-3, 1e3).gain, 1e-5);
+  // it holds a kink back: less gain, a smaller angle
+  EXPECT_LT(kink_of(1.0, 1.0).gain, kink_of(1.0).gain);
+  EXPECT_GT(kink_of(1.0, 1.0).angle, kink_of(1.0).angle);
 }
 
 TEST(FracMesh, SizesAndNeighbours)
