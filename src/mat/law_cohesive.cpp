@@ -97,7 +97,7 @@ void find_normal(const CrackLaw& c, const double* S, Opening& o)
 void keep_normal(const double* S, const double* h, Opening& o)
 {
   o.N = Eigen::Map<const Vec3>(h + CRACK_NORMAL);
-  o.t = o.N.dot(full_of(S) * o.N);
+  o.t = o.N.dot(full_tensor(S) * o.N);
 }
 
 // a principal axis of S normal to N
