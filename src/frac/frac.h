@@ -215,9 +215,6 @@ void frac_track(const Model& m, const Step& s, const Elements& el, const FracMes
 void frac_start(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
                 const std::vector<TrackStart>& start, State& st, TrackResult& result);
 
-// frac_track_again : the mark of an element that comes back: across a crack it cracks as without TRACK
-int frac_track_again(const FracMesh& fm, const Fracture& fr, int e);
-
 // frac_when : time of the criterion of each on the line through its values at l0 and l1, which may lie before
 // l0 (7.15); l1 in statics, with FALLBACK, COHESIVE and for elements with sudden release. Collective.
 //   in   fr      before they break, with averages of l0

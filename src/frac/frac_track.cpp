@@ -880,12 +880,3 @@ void frac_start(const Model& m, const Step& s, const Elements& el, const FracMes
   for (const TrackStart& c : start) add_start(t, c);
   mark(t);
 }
-
-int frac_track_again(const FracMesh& fm, const Fracture& fr, int e)
-{
-  for (int f = 0; f < 6; ++f) {
-    const int o = fm.across[6 * static_cast<size_t>(e) + f];
-    if (o >= 0 && fr.tracked[o] == ON_PATH) return FREE;
-  }
-  return 0;
-}

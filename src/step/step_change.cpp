@@ -150,8 +150,7 @@ void change_elements(Problem& p, const Step& s, bool add)
   for (const ModelChange& c : s.change)
     for (int e : c.add == add ? c.elem : IntVec()) {
       st.frac.phase[e] = add ? AS_ELEMENT : AS_NOTHING;
-      if (add && !st.frac.tracked.empty() && st.frac.broken[e] < 0)
-        st.frac.tracked[e] = frac_track_again(p.d.fm, st.frac, e);
+      if (add && !st.frac.tracked.empty() && st.frac.broken[e] < 0) st.frac.tracked[e] = 0;
       if (add && p.d.el.initial_block[e] >= 0) elem_forget_strain(p.m, p.d.el, e, s.nlgeom, st.n);
     }
   elem_refresh(p.d.el);
