@@ -84,6 +84,9 @@ double estimate_at(Scan& s, int e, double* J)
 const double BEHIND = 0.25;
 // in element sizes: distance from the end of elements ahead of it  (no test)
 const double NEAR_END = 1.5;
+// in element sizes: length of a slit that counts for the direction, and distance of its end
+// (test: fracture/slit_interface.inp), with type=3
+const double SLIT_LENGTH = 3.0;
 const double RIGHT_ANGLE = 1.57079632679489662;
 const double OFF_LINE = 0.2;   // in element sizes: of the points beyond a notch  (no test)
 
@@ -120,6 +123,29 @@ bool behind_end(const Scan& s, int e, Tip& t)
   return x[0] * t.d[0] + x[1] * t.d[1] < -BEHIND * h;
 }
 
+// direction to x of a crack at e, with the slit from which it has grown, which is longer at first
+void crack_way(const Scan& s, int e, const double* x, double reach, double* way)
+{
+  const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
+  double volume = 0.0, sum[2] = {0, 0};
+  Tip t;
+  grown_along(s, e, x, reach, 0.0, way);
+  if (s.m.dim == 3 || !notch_end(s, e, t) || !is_narrow(s, t, h)) return;
+  if (std::hypot(t.end[0] - c[0], t.end[1] - c[1]) > SLIT_LENGTH * h) return;
+  const auto add = [&](double v, const double* y) {
+    volume += v;
+    for (int i = 0; i < 2; ++i) sum[i] += v * y[i];
+  };
+  frac_in_ball(s.fm, c, reach * AT_RADIUS, [&](int o, double) {
+    if (s.cracked(o)) add(crack_share(s, e, o) / s.fm.thickness[e], &s.fm.centre[3 * o]);
+  });
+  const double half    = 0.5 * SLIT_LENGTH * h;
+  const double slit[2] = {t.end[0] - half * t.d[0], t.end[1] - half * t.d[1]};
+  add(SLIT_LENGTH * h * h, slit);
+  const double r[2] = {x[0] - sum[0] / volume, x[1] - sum[1] / volume}, size = std::hypot(r[0], r[1]);
+  for (int i = 0; i < 2; ++i) way[i] = r[i] / size;
+}
+
 }  // namespace
 
 double sharp_share(Scan& s, int ahead)
@@ -130,14 +156,17 @@ double sharp_share(Scan& s, int ahead)
   const double h  = s.fm.local[ahead], reach = tip_reach(s, ahead);
   const bool face = crack_face(s, ahead, x, d);
   double way[3]   = {d[0], d[1], d[2]};
-  grown_along(s, ahead, &s.fm.centre[3 * ahead], reach, 0.0, way);
+  if (face) crack_way(s, ahead, &s.fm.centre[3 * ahead], reach, way);
   if (face && near_interface(s, x, INTERFACE_DISTANCE * h, way)) {
     const double G0 = estimate_at(s, ahead, J);
     std::copy_n(way, 3, d);
     double G = 0.0;
     if (crack_axes(s, ahead, J, d, n)) {
       const int rows = join_rows(s, ahead, n, x);
-      if (rows > 1 && s.m.dim == 2 && grown_along(s, ahead, x, reach, 0.0, d)) crack_axes(s, ahead, J, d, n);
+      if (rows > 1 && s.m.dim == 2) {
+        crack_way(s, ahead, x, reach, d);
+        crack_axes(s, ahead, J, d, n);
+      }
       G = sharp_release(s, ahead, x, d, n, rows * h);
     }
     if (G > 0.0) share = G / G0;
