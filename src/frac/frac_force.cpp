@@ -355,52 +355,16 @@ double front_length(const Scan& s, int e, const double* J, double radius)
   return sum;
 }
 
-// normal of the interface at a node between materials, away from the crack: the normal force there belongs to
-// the interface, not to the crack. Null: none
-const double* interface_at(const Scan& s, int node)
-{
-  const IntVec& between = s.fm.between;
-  const auto at = std::lower_bound(between.begin(), between.end(), node);
-  if (at == between.end() || *at != node) return nullptr;
-  for (int k = 0; k < s.fm.of_node.count(node); ++k)
-    if (s.cracked(s.fm.of_node.begin(node)[k])) return nullptr;
-  return &s.fm.between_normal[3 * (at - between.begin())];
-}
-
-// J += contribution of an element; at a node of an interface without the normal force               (7.5)
+// J += contribution of an element, without nodes where an interface bends                           (7.5)
 //   inout   q   [nodes] weights
 void add_force(const Scan& s, int e, double* q, double* J)
 {
   const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
-  const auto add = s.m.dim == 2 ? add_force_of<2> : add_force_of<3>;
   for (int a = 0; !s.fm.between.empty() && a < nen; ++a) {
-    const double* n = q[a] > 0.0 ? interface_at(s, node[a]) : nullptr;
-    if (!n) continue;
-    double one[8] = {0}, F[3] = {0, 0, 0};
-    std::swap(one[a], q[a]);
-    if (n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0) continue;
-    add(s, e, one, F);
-    const double across = F[0] * n[0] + F[1] * n[1] + F[2] * n[2];
-    for (int i = 0; i < 3; ++i) J[i] += F[i] - across * n[i];
+    const int k = q[a] > 0.0 ? interface_node(s, node[a]) : -1;
+    if (k >= 0 && interface_bends(s, k)) q[a] = 0.0;
   }
-  add(s, e, q, J);
-}
-
-// mean initial strain of an intact element                                          [dim*dim]
-template <int D>
-Eigen::Matrix<double, D * D, 1> mean_initial(const Scan& s, int e)
-{
-  const ElemBlock& b = s.el.block[s.el.initial_block[e]];
-  double with[72], without[72], volume = 0.0;
-  elem_strains(s.m, s.el, e, s.l.u, &s.l.he, s.step.nlgeom, with);
-  elem_strains(s.m, s.el, e, s.l.u, nullptr, s.step.nlgeom, without);
-  Eigen::Matrix<double, D * D, 1> sum = Eigen::Matrix<double, D * D, 1>::Zero();
-  for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
-    const double w = b.w[b.gauss(s.el.slot_of[e]) + g];
-    volume += w;
-    for (int i = 0; i < D * D; ++i) sum[i] += w * (with[g * D * D + i] - without[g * D * D + i]);
-  }
-  return sum / volume;
+  (s.m.dim == 2 ? add_force_of<2> : add_force_of<3>)(s, e, q, J);
 }
 
 // takes the force of an initial strain that varies, int q S : dE0/dX dV, out of J. Its gradient is that
@@ -411,7 +375,9 @@ void take_initial(const Scan& s, int e, double radius, double* J)
   const double* c = &s.fm.centre[3 * e];
   frac_in_ball(s.fm, c, radius, [&](int o, double r) {
     if (!s.intact(o)) return;
-    const Eigen::Matrix<double, D * D, 1> here = mean_initial<D>(s, o);
+    using Strain = Eigen::Matrix<double, D * D, 1>;
+    Strain here, there;
+    mean_initial(s, o, here.data());
     Eigen::Matrix<double, D, D> dX = Eigen::Matrix<double, D, D>::Zero();
     Eigen::Matrix<double, D * D, D> dE = Eigen::Matrix<double, D * D, D>::Zero();
     beside(s, o, [&](int next) {
@@ -419,7 +385,8 @@ void take_initial(const Scan& s, int e, double radius, double* J)
       Eigen::Matrix<double, D, 1> d;
       for (int i = 0; i < D; ++i) d[i] = s.fm.centre[3 * next + i] - s.fm.centre[3 * o + i];
       dX += d * d.transpose();
-      dE += (mean_initial<D>(s, next) - here) * d.transpose();
+      mean_initial(s, next, there.data());
+      dE += (there - here) * d.transpose();
       return false;
     });
     if (std::fabs(dX.determinant()) < 1e-9 * std::pow(s.fm.local[o], 2 * D)) return;
@@ -469,6 +436,7 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
     for (int a = 0; a < n; ++a) sum += q[a] = weight_of(s, node[a], c, radius);
     if (sum > 0.0) add_force(s, o, q, J);
   });
+  take_interfaces(s, c, radius, J);
   // without crack or notch a crack may start at the surface itself
   if (crack || at_notch(s, e, radius)) {
     take_surface(s, e, radius, J);

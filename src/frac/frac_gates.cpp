@@ -180,9 +180,10 @@ bool may_start(Scan& s, int e, double margin)
 {
   if (crack_reaches(s, e)) return false;
   const double limit = margin * relative_drive(s, e);
-  if (beside(s, e, [&](int o) { return competes(s, o, limit); })) return false;
+  const auto stronger = [&](int o) { return competes(s, o, limit) && !behind_end_of(s, o, e); };
+  if (beside(s, e, stronger)) return false;
   bool good = true;
-  in_ball(s, e, [&](int o, double) { good = good && !competes(s, o, limit); });
+  in_ball(s, e, [&](int o, double) { good = good && !stronger(o); });
   return good;
 }
 

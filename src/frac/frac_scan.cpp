@@ -1,5 +1,6 @@
 #include "frac/frac_scan.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "shape/shape.h"
@@ -32,6 +33,23 @@ void mean_strain(const Scan& s, int e, double* E)
     for (int k = 0; k < d2; ++k) E[k] += w * all[g * d2 + k];
   }
   for (int k = 0; k < d2; ++k) E[k] /= volume;
+}
+
+// mean initial strain of an intact element                                          [dim*dim]
+void mean_initial(const Scan& s, int e, double* E)
+{
+  const ElemBlock& b = s.el.block[s.el.initial_block[e]];
+  const int d2 = s.m.dim * s.m.dim;
+  double with[72], without[72], volume = 0.0;
+  elem_strains(s.m, s.el, e, s.l.u, &s.l.he, s.step.nlgeom, with);
+  elem_strains(s.m, s.el, e, s.l.u, nullptr, s.step.nlgeom, without);
+  std::fill_n(E, d2, 0.0);
+  for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+    const double w = b.w[b.gauss(s.el.slot_of[e]) + g];
+    volume += w;
+    for (int i = 0; i < d2; ++i) E[i] += w * (with[g * d2 + i] - without[g * d2 + i]);
+  }
+  for (int i = 0; i < d2; ++i) E[i] /= volume;
 }
 
 // what a mean initial strain E33 in plane strain adds to all normal stresses               force/length^2

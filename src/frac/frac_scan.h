@@ -56,6 +56,9 @@ void in_ball(const Scan& s, int e, Use use)
 // mean_strain : of an intact element                                                       [dim*dim]
 void mean_strain(const Scan& s, int e, double* E);
 
+// mean_initial : mean initial strain of an intact element                                  [dim*dim]
+void mean_initial(const Scan& s, int e, double* E);
+
 // stress_of_33 : what a mean initial strain E33 in plane strain adds to all normal stresses   force/length^2
 double stress_of_33(const Scan& s, int e);
 
@@ -130,6 +133,14 @@ bool lies_in(const Mesh& mesh, int e, const double* x);
 // element_at : element in which x lies at t = 0, -1: none; h: size of an element there
 int element_at(const Scan& s, const double* x, double h);
 
+// interface_node, interface_bends : index in FracMesh::between of a node of two materials off cracks and ends
+// of notches, -1: none; does the interface bend there?
+int interface_node(const Scan& s, int node);
+bool interface_bends(const Scan& s, int k);
+
+// take_interfaces : takes the force on interfaces in the ball of this radius around c out of J        (7.36)
+void take_interfaces(const Scan& s, const double* c, double radius, double* J);
+
 // force_estimate : |J| of the ball around an element, per thickness or per length of the front  (7.5), (7.6)
 //   out   J   with its direction
 double force_estimate(const Scan& s, int e, double radius, double* J);
@@ -188,8 +199,27 @@ bool blocked(const Scan& s, int e, const double* J);
 bool near_interface(const Scan& s, const double* x, double distance, const double* way = nullptr);
 
 // sharp_release : energy per area released by a sharp crack that grows from the tip along d by one element
-// size, in the plane perpendicular to its front, with the normal n of the crack; e: the element ahead. <= 0:
-// unknown (7.38)
-double sharp_release(const Scan& s, int e, const double* tip, const double* d, const double* n);
+// size, in the plane perpendicular to its front, with the normal n of the crack; e: the element ahead; wide:
+// width of the row, or rows, of elements behind it, 0: a slit. <= 0: unknown (7.38)
+double sharp_release(const Scan& s, int e, const double* tip, const double* d, const double* n, double wide);
+
+// ball_estimate : G by the mean energy in the ball; bound: an upper bound, from the whole energy      (7.3)
+double ball_estimate(Scan& s, int e, bool bound = false);
+
+// sharp_share : energy release of a sharp crack through the element ahead of a tip, over the estimate there;
+// 1 away from interfaces
+double sharp_share(Scan& s, int ahead);
+
+// rest_share : the same for BALL in the plane, over G of the ball of e, for a tip at rest
+double rest_share(Scan& s, int e);
+
+// notch_share : the same for an element near the end of a slit or slot of the mesh without a crack yet
+double notch_share(Scan& s, int e);
+
+// end_share : at its flank, behind the end: the share of a kink of 90 degrees                          (7.37)
+double end_share(const Scan& s, int e);
+
+// behind_end_of : is o at the flank of a notch at whose end e lies?
+bool behind_end_of(const Scan& s, int o, int e);
 
 #endif

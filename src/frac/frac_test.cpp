@@ -57,8 +57,10 @@ double ball_constant(const Scan& s, int e)
   return s.m.dim == 2 ? PI / kappa * (1.0 + x2 / 3.0) : 8.0 / (3.0 * kappa) * (1.0 + x2) / (1.0 + x2 / 3.0);
 }
 
+}  // namespace
+
 // bound: from the total energy, an upper bound of psi+
-double ball_estimate(Scan& s, int e, bool bound = false)
+double ball_estimate(Scan& s, int e, bool bound)
 {
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
@@ -70,6 +72,8 @@ double ball_estimate(Scan& s, int e, bool bound = false)
   });
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
+
+namespace {
 
 // energy released by growth of a slot under stress along it; 0 for a sharp crack                    (7.35)
 // (test: fracture/kink_inclined.inp), with b=15
@@ -98,72 +102,6 @@ bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
   if (!slot) modes_ahead(s, e, t);
   k = kink_of(t.ratio, t.out);
   return k.gain >= KINK_GAIN_MOTION;
-}
-
-// in element sizes: distance of an interface from the tip within which the crack is treated as sharp
-// (test: fracture/crack_interface.inp, fracture/interface_motion.inp)
-const double INTERFACE_DISTANCE = 3.0;
-// in release times of an element, about 7 h/c_R: a tip without growth for longer is at rest
-// (test: fracture/interface_motion.inp)
-const double REST_TIME = 4.0;
-
-// normal n of a crack that grows along d; in 3D d is the part of J perpendicular to n; false: none
-bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
-{
-  n[0] = -d[1];
-  n[1] = d[0];
-  n[2] = 0.0;
-  if (s.m.dim == 2) return true;
-  if (!crack_plane(s, e, n)) {                       // a single layer: as front_length
-    double E[9];
-    mean_strain(s, e, E);
-    split_normal(s.law(e), 3, E, n);
-  }
-  const double off = J[0] * n[0] + J[1] * n[1] + J[2] * n[2];
-  double size = 0.0;
-  for (int i = 0; i < 3; ++i) {
-    d[i] = J[i] - off * n[i];
-    size += d[i] * d[i];
-  }
-  for (int i = 0; i < 3; ++i) d[i] /= std::sqrt(size);
-  return size > 0.0;
-}
-
-// energy release of a sharp crack through the element ahead of a tip, over the estimate there
-double sharp_share(Scan& s, int ahead)
-{
-  for (const auto& known : s.sharp)
-    if (known.first == ahead) return known.second;
-  double x[3], d[3] = {0, 0, 0}, n[3], J[3], share = 1.0;
-  const bool force = estimate_of(s, ahead) == ESTIMATE_FORCE;
-  const double h = s.fm.local[ahead], radius = force ? radius_of(s, ahead) : FRAC_NOTCH * h;
-  const bool face = crack_face(s, ahead, x, d);
-  double way[3]   = {d[0], d[1], d[2]};
-  grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, way);
-  if (face && near_interface(s, x, INTERFACE_DISTANCE * h, way)) {
-    const double G0 = force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead);
-    std::copy_n(way, 3, d);
-    const double G = crack_axes(s, ahead, J, d, n) ? sharp_release(s, ahead, x, d, n) : 0.0;
-    if (G > 0.0) share = G / G0;
-  }
-  s.sharp.emplace_back(ahead, share);
-  return share;
-}
-
-// BALL in 2D, near an interface, for a tip at rest: energy release of a sharp crack, over G. The mean in the
-// ball assumes the tip field of one material
-double rest_share(Scan& s, int e)
-{
-  const double *c = &s.fm.centre[3 * e], h = s.fm.local[e];
-  if (s.m.dim == 3 || !near_interface(s, c, (INTERFACE_DISTANCE + 1.0) * h)) return 1.0;
-  double last = -1e300, d[3];
-  frac_in_ball(s.fm, c, FRAC_NOTCH * h * AT_RADIUS, [&](int o, double) {
-    if (s.broken(o)) last = std::max(last, s.fr.time[o]);
-  });
-  if (s.l.time - last < REST_TIME * s.fm.release[e]) return 1.0;
-  if (!grown_along(s, e, c, FRAC_NOTCH * h, 0.0, d)) return 1.0;
-  const int ahead = element_ahead(s, e, d);
-  return ahead >= 0 && s.intact(ahead) && s.fm.def[ahead] >= 0 ? sharp_share(s, ahead) : 1.0;
 }
 
 // BALL: within 5 h of the end of a notch also J, which is accurate from the first element on; the ball is a
@@ -441,6 +379,14 @@ void take_interface(Scan& s, const double* J, Candidate& c)
   scale(sharp_share(s, ahead), c);
 }
 
+// the same at the end of a notch without a crack yet, whose flanks release a kink as those of a crack
+void take_end(Scan& s, Candidate& c)
+{
+  const int e = c.x.elem;
+  scale(end_share(s, e), c);
+  if (c.force) scale(notch_share(s, e), c);
+}
+
 // FORCE: an element beside a crack releases the energy of a kink of that angle. If the element ahead is
 // tougher, or unbreakable, |J| would break the flanks
 //   in   J   of (7.5), 0: not known
@@ -529,6 +475,7 @@ void by_griffith(Scan& s, int e, double W_max, std::vector<Candidate>& out, std:
   if (force) take_kink(s, F, out.back(), kinked);
   if (!force && at_notch(s, e, FRAC_NOTCH * s.fm.local[e])) take_notch(s, out.back(), kinked);
   if (force && at && out.back().nkink == 0) take_interface(s, F, out.back());
+  if (!at && out.back().nkink == 0) take_end(s, out.back());
   if (at && out.back().nkink == 0) take_beside(s, F, out.back());
 }
 

@@ -351,7 +351,8 @@ int element_ahead(const Scan& s, int e, const double* J)
 bool blocked(const Scan& s, int e, const double* J)
 {
   const int o = element_ahead(s, e, J);
-  return o >= 0 && s.intact(o) && (s.fm.def[o] < 0 || s.fm.gc[o] > TOUGHER * s.fm.gc[e]);
+  if (o < 0 || !s.intact(o)) return false;
+  return s.fm.def[o] < 0 || s.fm.gc[o] * s.fm.thickness[o] > TOUGHER * s.fm.gc[e] * s.fm.thickness[e];
 }
 
 bool near_interface(const Scan& s, const double* x, double distance, const double* way)

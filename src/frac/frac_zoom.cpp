@@ -19,9 +19,9 @@ const int FINE_CELLS = 8, SIDE = 26, NODES = SIDE + 1;
 const double FINE_SIZE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
 const int CELLS_PER_ELEMENT = 4;         // fine cells in the size of an element
 const int TIP     = SIDE / 2;  // column of the tip, row of the crack
-// in element sizes: cracked elements further from the line of the crack are void
+// in element sizes: cracked elements further beside the rows of the crack are void
 // (test: fracture/crack_interface.inp)
-const double SLOT_DISTANCE = 0.75;
+const double SLOT_DISTANCE = 0.25;
 
 struct SmallCell {
   double lam[4] = {0, 0, 0, 0}, mu[4] = {0, 0, 0, 0};    // at the Gauss points, times thickness; 0: void
@@ -141,6 +141,7 @@ double release(const Square& q, int from, int to)
 // the square in the mesh: tip, axis along the crack, normal of the crack; in 3D perpendicular to the front
 struct CrackAxes {
   const double *tip, *d, *n;
+  double wide;                 // of the rows of the crack
   void position(double along, double across, double* x) const
   {
     for (int i = 0; i < 3; ++i) x[i] = tip[i] + along * d[i] + across * n[i];
@@ -157,7 +158,7 @@ struct CrackAxes {
   }
 };
 
-// the element at a position, for cracked elements along the line their neighbour across it; -1: void
+// the element at a position, for cracked ones and voids along the line their neighbour across it; -1: void
 int element_of(const Scan& s, const CrackAxes& f, double along, double across, double h)
 {
   double x[3];
@@ -165,8 +166,8 @@ int element_of(const Scan& s, const CrackAxes& f, double along, double across, d
   int o = element_at(s, x, 1.5 * h);
   const double side = across < 0.0 ? -1.0 : 1.0;
   for (double way : {side, -side}) {
-    if (o < 0 || !s.cracked(o) || std::fabs(across) > SLOT_DISTANCE * h) break;
-    f.position(along, across + way * h, x);
+    if ((o >= 0 && !s.cracked(o)) || std::fabs(across) > 0.5 * f.wide + SLOT_DISTANCE * h) break;
+    f.position(along, across + way * 0.5 * (f.wide + h), x);
     const int next = element_at(s, x, 1.5 * h);
     if (next >= 0 && s.intact(next)) o = next;
   }
@@ -240,6 +241,7 @@ void fix_border(const Scan& s, const CrackAxes& f, double h, Square& q)
   for (int k = 0; k < NODES * NODES; ++k) {
     if (!on_border(k % NODES, k / NODES)) continue;
     double x[3], u[3];
+    if (k / NODES == TIP && q.at[k % NODES] < 0.0) continue;           // the crack
     f.position(q.at[k % NODES], q.at[k / NODES], x);
     q.fixed[k] = displacement_at(s, x, h, u);
     if (q.fixed[k]) q.given[k] = f.components(u, s.m.dim);
@@ -261,15 +263,17 @@ Square one_material(const Scan& s, int e, Square q)
 
 }  // namespace
 
-double sharp_release(const Scan& s, int e, const double* tip, const double* d, const double* n)
+double sharp_release(const Scan& s, int e, const double* tip, const double* d, const double* n, double wide)
 {
   const double h    = s.fm.local[e];
-  const CrackAxes f = {tip, d, n};
+  const CrackAxes f = {tip, d, n, wide};
   Square q = empty_square(h);
   fill_cells(s, f, h, q);
   fix_border(s, f, h, q);
   const Square u = one_material(s, e, q);
-  // a fixed border does not follow the crack: corrected by the ratio of energy releases in one material
-  const double correction = release(u, 0, CELLS_PER_ELEMENT) / release(u, -1, 2);
+  // a fixed border does not follow the crack, and each row of elements acts as a longer one: corrected by the
+  // ratio of energy releases in one material
+  const int rows = std::min(2, static_cast<int>(std::lround(wide / h)));
+  const double correction = release(u, 0, CELLS_PER_ELEMENT) / release(u, rows - 2, rows + 1);
   return release(q, 0, CELLS_PER_ELEMENT) / (correction * s.fm.thickness[e]);
 }
