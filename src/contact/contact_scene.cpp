@@ -25,7 +25,7 @@ const double SCENE_MARGIN = 0.25;
 // away, is the back of its own body (theory 4.3)  (no test)
 const double BACK       = 1e-6;
 const double BACK_REACH = 2.0;
-// ContactScene::body of points of the deck: added to their grid field
+// ContactScene::body of points of the deck: added to their grid field  (no test)
 const int OF_GRID = std::numeric_limits<int>::min();
 
 // parts of the mesh at t = 0 that share nodes, by node. Collective with a divided model.

@@ -9,7 +9,7 @@ namespace {
 
 // Largest length of the bulk viscosity over 2 c/omega. Slender elements have several times this length
 // along their long edges, where fronts ring; the damping ratio, which shortens all increments, is then at
-// most twice this number times b1  (test: strength/spall_mesh.inp, quadrilaterals of 4 to 1)
+// most twice this number times b1  (test: strength/spall_mesh.inp), with rows=4
 const double LONGEST = 2.5;
 
 // relative: round-off of a bound of the stretch  (no test)

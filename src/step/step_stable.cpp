@@ -224,7 +224,7 @@ const double CLOSE = 0.1, SOON = 10.0;
 const int SCALINGS = 2;
 // Where a penalty may be more than FEW_SHARE times what all points that are near would share, few push, as at
 // an edge or a corner: the limit grows with this ratio, up to EDGE_MOST times
-// (test: contact/edge_explicit.inp, contact/corner_explicit.inp)
+// (test: contact/edge_explicit.inp)
 const double FEW_SHARE = 1.5, EDGE_GROWTH = 1.5, EDGE_MOST = 3.0;
 
 // may the program choose the penalty of contact point k: a default penalty, and no energy stored?
