@@ -17,7 +17,7 @@ bool near_crack(const Scan& s, int e);
 bool start_allowed(const Scan& s, int e);
 
 // may_start : may a crack start at e: no crack reaches it, and its relative drive exceeds that of its
-// neighbours and of the competitors in its ball
+// neighbours and of the competitors in its ball, but for flanks of the notch at whose end it lies
 //   in   margin   factor of the drive of e
 bool may_start(Scan& s, int e, double margin);
 

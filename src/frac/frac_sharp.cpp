@@ -21,7 +21,7 @@ const double TIED_DISTANCE = 1.6;
 // cosine between their distance and the normal of the crack  (no test)
 const double ACROSS_COS = 0.7;
 
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double product(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 // normal n of a crack that grows along d; in 3D d is the part of J perpendicular to n; false: none
 bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
@@ -35,7 +35,7 @@ bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
     mean_strain(s, e, E);
     split_normal(s.law(e), 3, E, n);
   }
-  const double off = dot(J, n);
+  const double off = product(J, n);
   double size = 0.0;
   for (int i = 0; i < 3; ++i) {
     d[i] = J[i] - off * n[i];
@@ -59,7 +59,8 @@ int join_rows(Scan& s, int ahead, const double* n, double* x)
   for (int o : near) {
     double y[3], into[3], r[3];
     for (int i = 0; i < 3; ++i) r[i] = s.fm.centre[3 * o + i] - c[i];
-    if (std::fabs(dot(r, n)) < ACROSS_COS * std::sqrt(dot(r, r)) || !crack_face(s, o, y, into)) continue;
+    const double off = std::fabs(product(r, n));
+    if (off < ACROSS_COS * std::sqrt(product(r, r)) || !crack_face(s, o, y, into)) continue;
     if (std::fabs(drive_of(s, o) - drive) > TIED * drive) continue;
     for (int i = 0; i < 3; ++i) sum[i] += y[i];
     ++rows;
