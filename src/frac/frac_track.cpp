@@ -81,10 +81,10 @@ double largest_opening(const Tracker& t, int e)
 // opens as one that has no history, and moves no tip
 void forget_forced(Tracker& t, int e)
 {
-  const double FORCED = 1.5e-6;        // of the opening at zero traction
+  const double FORCED = 1e-6;          // of the opening at zero traction, exactly: less is an opening
   const MatLaw& law   = t.block(e).law;
   if (!t.st.n.cracked[e] || t.el.broken(e) >= 0) return;
-  if (largest_opening(t, e) <= FORCED * crack_open(law.crack)) t.st.n.cracked[e] = 0;
+  if (largest_opening(t, e) == FORCED * crack_open(law.crack)) t.st.n.cracked[e] = 0;
 }
 
 void find_openings(Tracker& t)
@@ -322,9 +322,17 @@ void begin(Tracker& t)
       if (present(t, o)) use(o);
     }
   };
+  // by nodes too: of triangles crossed in squares only two touch the sides of a row by faces
+  const auto at_nodes = [&](int e, auto use) {
+    for (int a = 0; a < t.shape(e).nen; ++a) {
+      const int node = t.m.mesh.conn.begin(e)[a];
+      for (int k = 0; k < t.fm.of_node.count(node); ++k)
+        if (present(t, t.fm.of_node.begin(node)[k])) use(t.fm.of_node.begin(node)[k]);
+    }
+  };
   t.fr.tracked.assign(n, 0);
   for (int e = 0; e < n; ++e)
-    if (tracks(t, e)) neighbours(e, [&](int o) { edge[e] |= tougher(t, e, o); });
+    if (tracks(t, e)) at_nodes(e, [&](int o) { edge[e] |= tougher(t, e, o); });
   for (int e = 0; e < n; ++e) wide[e] = tracks(t, e) && !edge[e];
   for (int k = 0; k < FACES; ++k) {
     const std::vector<char> last = wide;
@@ -537,7 +545,7 @@ void add_tip(Tracker& t, int e, const double* d)
 // is element e, which has begun, near a crack?
 bool near_crack(Tracker& t, int e)
 {
-  const double *x = t.centre(e), radius = reach(t, e);
+  const double *x = t.centre(e), radius = REACH_SIZES * t.fm.local[e];
   bool found = false;
   around(t, e, x, radius, [&](int o) {
     found = found || (t.fr.tracked[o] && (t.fr.tracked[o] != FREE || begun(t, o)));
@@ -756,32 +764,93 @@ bool started(Tracker& t, int e)
   return found;
 }
 
-// elements that have begun apart from all cracks: the one that is open widest first, which gets two tips
+// the line of a crack that starts in element e
+void start_direction(Tracker& t, int e, double* d)
+{
+  const double *x = t.centre(e), axis[2] = {1.0, 0.0};
+  const double first    = turn_wanted(t, e, x, axis, HUGE_VAL);
+  const double along[2] = {std::cos(first), std::sin(first)};
+  const double angle    = first + turn_wanted(t, e, x, along, length_through(t, e, x, along));
+  d[0] = std::cos(angle);
+  d[1] = std::sin(angle);
+}
+
+// element e gets two tips
+void add_root(Tracker& t, int e, const double* d)
+{
+  t.fr.tracked[e] = ON_PATH;
+  for (int side = -1; side <= 1; side += 2) {
+    const double to[2] = {side * d[0], side * d[1]};
+    add_tip(t, e, to);
+  }
+}
+
+// limits the opening of a crack in the increment in which it begins
+void note_opening(Tracker& t, int e)
+{
+  const FractureDef& f = t.m.fracture[t.fm.def[e]];
+  t.result.advance = std::max(t.result.advance, t.opening[e] * f.ft / (YOUNG * 2.0 * f.gc));
+}
+
+// Statics: cracks that begin in one increment unload each other in the next, or, if none is ahead of the
+// others, grow side by side with more load than one alone. So of those in all, by opening, the widest starts,
+// and where others have begun too, the increment is repeated with this one alone                   (2.36d)
+bool start_alone(Tracker& t, const std::vector<std::pair<double, int>>& all)
+{
+  if (t.step.proc != PROC_STATIC) return false;
+  int beside = 0;
+  for (const auto& [opening, e] : all) beside += !t.fr.tracked[e] && !near_crack(t, e);
+  const int root = all.front().second;
+  if (beside < 2 || near_crack(t, root) || corner_near(t, root).node >= 0) return false;
+  note_opening(t, root);
+  TrackStart c;
+  c.root = root;
+  start_direction(t, root, c.d);
+  t.result.start.push_back(c);
+  return true;
+}
+
+// A crack that was to start alone, and has not opened, as the increment was cut, is taken back
+void forget_starts(Tracker& t)
+{
+  for (int e = 0; e < t.m.mesh.nelem(); ++e) {
+    if (t.fr.tracked[e] != ON_PATH || begun(t, e) || !intact(t, e)) continue;
+    bool grown = false;
+    IntVec beside;
+    for (int f = 0; f < t.shape(e).nface; ++f) {
+      const int o = t.fm.across[6 * static_cast<size_t>(e) + f];
+      if (o < 0) continue;
+      grown = grown || t.fr.tracked[o] == ON_PATH;
+      beside.push_back(o);
+    }
+    if (grown) continue;
+    t.fr.tracked[e] = 0;
+    for (int& ahead : t.fr.tip_elem)
+      if (ahead >= 0 && std::find(beside.begin(), beside.end(), ahead) != beside.end()) ahead = -1;
+  }
+}
+
+// elements that have begun apart from all cracks: the one that is open widest first
 void find_roots(Tracker& t)
 {
   std::vector<std::pair<double, int>> all;
   for (int e = 0; e < t.m.mesh.nelem(); ++e)
     if (begun(t, e) && !t.fr.tracked[e]) all.push_back({-t.opening[e], e});
+  if (all.empty()) return;
   std::sort(all.begin(), all.end());
+  if (start_alone(t, all)) return;
   for (const auto& [opening, e] : all) {
-    const double* x = t.centre(e);
     if (t.fr.tracked[e] || started(t, e)) continue;
     if (near_crack(t, e)) {
       t.fr.tracked[e] = BESIDE;
       continue;
     }
-    const FractureDef& f = t.m.fracture[t.fm.def[e]];
-    t.result.advance = std::max(t.result.advance, t.opening[e] * f.ft / (YOUNG * 2.0 * f.gc));
+    note_opening(t, e);
     const Corner corner = corner_near(t, e);
     if (corner.node >= 0 && start_at(t, e, corner)) continue;
-    t.fr.tracked[e] = ON_PATH;
-    const double axis[2] = {1.0, 0.0}, first = turn_wanted(t, e, x, axis, HUGE_VAL);
-    const double along[2] = {std::cos(first), std::sin(first)};
-    const double angle    = first + turn_wanted(t, e, x, along, length_through(t, e, x, along));
-    for (int side = -1; side <= 1; side += 2) {
-      const double d[2] = {side * std::cos(angle), side * std::sin(angle)};
-      add_tip(t, e, d);
-    }
+    double d[2];
+    start_direction(t, e, d);
+    add_root(t, e, d);
   }
 }
 
@@ -813,22 +882,63 @@ void begin_at_least(Tracker& t, int e)
   if ((N[0] != 0.0 || N[1] != 0.0) && t.m.part.works(e)) t.st.n.cracked[e] = 1;
 }
 
-// elements that may begin in the next increment: on the lines from the tips, and apart from all cracks
-void mark(Tracker& t)
+// largest principal stress in the plane over the strength, mean over the element, of intact ones of all ranks
+RealVec over_strength_of_all(const Tracker& t)
+{
+  RealVec over(t.m.mesh.nelem(), 0.0);
+  for (int e = 0; e < t.m.mesh.nelem(); ++e) {
+    if (!tracks(t, e) || !intact(t, e) || begun(t, e) || !t.m.part.works(e)) continue;
+    Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
+    for (int g = 0; g < t.shape(e).ngp; ++g) {
+      IpFields f;
+      elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, e, g, f);
+      S += stress_at_rest(f) / t.shape(e).ngp;
+    }
+    const double largest = 0.5 * S.trace() + std::hypot(0.5 * (S(0, 0) - S(1, 1)), S(0, 1));
+    over[e] = largest / crack_strength(t.block(e).law.crack);
+  }
+  frac_share(t.m.part, over);
+  return over;
+}
+
+// Beyond REACH_SIZES of all cracks and tips, what is stressed above the strength may begin all the same: the
+// crack does not unload it, as with the length of its zone beyond the height of a beam            (2.36c)
+void open_stressed(Tracker& t, std::vector<char>& shut)
+{
+  const double STRESSED = 1.005;       // strengths  (test: strength/bend_track.inp)
+  const RealVec over = over_strength_of_all(t);
+  std::vector<char> near(t.m.mesh.nelem(), 0);
+  const auto close = [&](int e, const double* x) {
+    around(t, e, x, REACH_SIZES * t.fm.local[e], [&](int o) { near[o] = 1; });
+  };
+  for (int e = 0; e < t.m.mesh.nelem(); ++e)
+    if (t.fr.tracked[e] == ON_PATH || t.fr.tracked[e] == BESIDE) close(e, t.centre(e));
+  for (int k = 0; k < t.ntip(); ++k)
+    if (t.fr.tip_elem[k] >= 0) close(t.fr.tip_elem[k], &t.fr.tip[4 * static_cast<size_t>(k)]);
+  for (int e = 0; e < t.m.mesh.nelem(); ++e)
+    if (!near[e] && over[e] > STRESSED) shut[e] = 0;
+}
+
+// elements that may begin in the next increment: on the lines from the tips, and, unless a crack is to start
+// alone, what open_stressed allows and is apart from all cracks
+void mark(Tracker& t, bool alone)
 {
   const int n = t.m.mesh.nelem();
   const auto can_begin = [&](int e) {
     return tracks(t, e) && t.fr.tracked[e] == 0 && intact(t, e);
   };
   const auto free = [&](int e) { return t.fr.tracked[e] == FREE && intact(t, e) && !begun(t, e); };
-  std::vector<char> shut(n, 0);
+  std::vector<char> shut(n, alone);
   for (int e = 0; e < n; ++e)
     if (t.fr.tracked[e] == ON_PATH || t.fr.tracked[e] == BESIDE)
       around(t, e, t.centre(e), reach(t, e), [&](int o) { shut[o] = 1; });
   for (int k = 0; k < t.ntip(); ++k) {
     const int ahead = t.fr.tip_elem[k];
-    if (ahead >= 0) around(t, ahead, &t.fr.tip[4 * k], reach(t, ahead), [&](int o) { shut[o] = 1; });
+    // statics: as long as a crack grows no other begins below the strength: nothing else decides between them
+    const double radius = t.step.proc == PROC_STATIC ? HUGE_VAL : reach(t, std::max(ahead, 0));
+    if (ahead >= 0) around(t, ahead, &t.fr.tip[4 * k], radius, [&](int o) { shut[o] = 1; });
   }
+  if (!alone) open_stressed(t, shut);
   for (int e = 0; e < n; ++e) {
     if (free(e)) shut[e] = 0;
     else if (!can_begin(e)) continue;
@@ -862,12 +972,13 @@ void frac_track(const Model& m, const Step& s, const Elements& el, const FracMes
   if (t.fr.tracked.empty()) begin(t);
   find_openings(t);
   grow(t, 0);
+  forget_starts(t);
   spread_free(t);
   const int old = t.ntip();
   find_roots(t);
   if (!result.start.empty()) return;
   grow(t, old);
-  mark(t);
+  mark(t, false);
 }
 
 void frac_start(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
@@ -877,6 +988,11 @@ void frac_start(const Model& m, const Step& s, const Elements& el, const FracMes
   Tracker t{m, s, el, fm, st, st.frac, result, {}, {}};
   if (t.fr.tracked.empty()) begin(t);
   find_openings(t);
-  for (const TrackStart& c : start) add_start(t, c);
-  mark(t);
+  bool alone = false;
+  for (const TrackStart& c : start) {
+    alone = alone || c.node < 0;
+    if (c.node < 0) add_root(t, c.root, c.d);
+    else add_start(t, c);
+  }
+  mark(t, alone);
 }

@@ -235,6 +235,48 @@ void warn_twisted(Problem& p, const std::vector<Erosion>& erode)
            p.st.n.time, first->label, 100.0 * first->twist);
 }
 
+// the largest principal stress in the plane of an element, mean of its integration points, over its strength
+double over_strength(const Problem& p, const Step& s, int e)
+{
+  const Elements& el = p.d.el;
+  const int ngp      = el.gauss_of[e + 1] - el.gauss_of[e];
+  double S[3]        = {0, 0, 0};
+  for (int g = 0; g < ngp; ++g) {
+    IpFields f;
+    elem_ip_fields(p.m, el, p.st.n, s.nlgeom, e, g, f);
+    S[0] += f.sig[0] / ngp;
+    S[1] += f.sig[1] / ngp;
+    S[2] += f.sig[3] / ngp;
+  }
+  const double largest = 0.5 * (S[0] + S[1]) + std::hypot(0.5 * (S[0] - S[1]), S[2]);
+  return largest / crack_strength(el.block[el.initial_block[e]].law.crack);
+}
+
+// TRACK: warns once of stress far above the strength, in an element that may break and that a crack near it
+// keeps from opening                                                                               (2.36c)
+void warn_stressed(Problem& p, const Step& s)
+{
+  const double STRESSED = 1.5;         // strengths  (no test)
+  const char* ONCE      = "stress beside a crack";
+  if (p.warned.count(ONCE)) return;
+  struct Hot { double over; int label; } most{0.0, -1};
+  for (int e = 0; e < p.m.mesh.nelem(); ++e) {
+    const int def = p.d.fm.def[e];
+    if (def < 0 || !p.m.fracture[def].track || !p.m.part.works(e)) continue;
+    if (p.st.frac.phase[e] != AS_ELEMENT || p.d.el.broken(e) >= 0 || elem_cracked(p.st.n, e)) continue;
+    const double over = over_strength(p, s, e);
+    if (over > most.over) most = {over, p.m.mesh.elem_label[e]};
+  }
+  std::vector<Hot> all = {most};
+  comm_allgatherv(all);
+  for (const Hot& hot : all)
+    if (hot.over > most.over || (hot.over == most.over && hot.label < most.label)) most = hot;
+  if (most.over < STRESSED || !p.warned.insert(ONCE).second) return;
+  log_warn("time %.8g: at element %d the largest principal stress is %.3g of the strength, and a crack near "
+           "it (TRACK) keeps it from opening: what the body carries may be too large; compare with TRACK=NO",
+           p.st.n.time, most.label, most.over);
+}
+
 // TRACK: where cracks may grow in the next increment. CRITERION_EXCEEDED: the increment is too long,
 // or is to be repeated with cracks that start at corners
 Failure track_cracks(Problem& p, const Step& s, UndoPoint& before, BreakWatch& w)
@@ -256,10 +298,13 @@ Failure track_cracks(Problem& p, const Step& s, UndoPoint& before, BreakWatch& w
     frac_start(p.m, s, p.d.el, p.d.fm, w.track.start, p.st, first);
     step_warn_lost(p, first.lost);
   } else if (!w.track.start.empty()) {
-    const int node = p.m.mesh.node_label[w.track.start.front().node];
-    return {CRITERION_EXCEEDED, "a crack starts at node " + std::to_string(node)};
+    const TrackStart& first = w.track.start.front();
+    const std::string at    = first.node >= 0 ? "node " + std::to_string(p.m.mesh.node_label[first.node])
+                                              : "element " + std::to_string(p.m.mesh.elem_label[first.root]);
+    return {CRITERION_EXCEEDED, "a crack starts at " + at};
   }
   step_warn_lost(p, w.track.lost);
+  warn_stressed(p, s);
   return STATUS_OK;
 }
 
