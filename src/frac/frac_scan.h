@@ -25,6 +25,7 @@ struct Scan {
   mutable RealVec node_force = {};
   mutable std::vector<char> node_known = {};
   mutable std::vector<char> given = {};      // [nnode*dim] forces or supports; empty: not yet searched
+  std::vector<std::pair<int, double>> notch = {};      // as sharp, of elements ahead of a slit or notch
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }

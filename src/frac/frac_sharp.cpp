@@ -19,7 +19,7 @@ const double TIED = 0.01;
 // in element sizes: distance between the centres of two such elements, of triangles up to 4/3  (no test)
 const double TIED_DISTANCE = 1.6;
 // cosine between their distance and the normal of the crack  (no test)
-const double ACROSS_COS = 0.7;
+const double ACROSS_COS = 0.7, ACROSS_COS_3D = 0.9;
 
 double product(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -59,8 +59,8 @@ int join_rows(Scan& s, int ahead, const double* n, double* x)
   for (int o : near) {
     double y[3], into[3], r[3];
     for (int i = 0; i < 3; ++i) r[i] = s.fm.centre[3 * o + i] - c[i];
-    const double off = std::fabs(product(r, n));
-    if (off < ACROSS_COS * std::sqrt(product(r, r)) || !crack_face(s, o, y, into)) continue;
+    const double least = (s.m.dim == 3 ? ACROSS_COS_3D : ACROSS_COS) * std::sqrt(product(r, r));
+    if (std::fabs(product(r, n)) < least || !crack_face(s, o, y, into)) continue;
     if (std::fabs(drive_of(s, o) - drive) > TIED * drive) continue;
     for (int i = 0; i < 3; ++i) sum[i] += y[i];
     ++rows;
@@ -121,7 +121,8 @@ bool behind_end(const Scan& s, int e, Tip& t)
   const double h = s.fm.local[e];
   if (s.m.dim == 3 || !notch_end(s, e, t) || !is_narrow(s, t, h)) return false;
   const double x[2] = {s.fm.centre[3 * e] - t.end[0], s.fm.centre[3 * e + 1] - t.end[1]};
-  return x[0] * t.d[0] + x[1] * t.d[1] < -BEHIND * h;
+  const double aside = std::fabs(x[0] * t.d[1] - x[1] * t.d[0]);
+  return x[0] * t.d[0] + x[1] * t.d[1] < -BEHIND * h && aside < 0.5 * slot_width(s, t) + h;
 }
 
 // direction to x of a crack at e, with the slit from which it has grown, which is longer at first
@@ -170,7 +171,7 @@ double sharp_share(Scan& s, int ahead)
       }
       G = sharp_release(s, ahead, x, d, n, rows * h);
     }
-    if (G > 0.0) share = G / G0;
+    if (G > 0.0 && G0 > 0.0) share = G / G0;
   }
   s.sharp.emplace_back(ahead, share);
   return share;
@@ -197,15 +198,19 @@ double notch_share(Scan& s, int e)
   Tip t;
   if (s.m.dim == 3 || !near_interface(s, &s.fm.centre[3 * e], (INTERFACE_DISTANCE + 1.0) * h)) return 1.0;
   if (!notch_end(s, e, t) || !near_interface(s, t.end, INTERFACE_DISTANCE * h, t.d)) return 1.0;
-  const int ahead = std::max(beyond(s, t, h, -OFF_LINE), beyond(s, t, h, OFF_LINE));
-  if (ahead < 0 || s.fm.def[ahead] < 0 || !is_narrow(s, t, h)) return 1.0;
-  for (const auto& known : s.sharp)
+  int ahead = -1;
+  for (double side : {-OFF_LINE, OFF_LINE}) {
+    const int o = beyond(s, t, h, side);
+    if (o >= 0 && s.fm.def[o] >= 0) ahead = std::max(ahead, o);
+  }
+  if (ahead < 0 || !is_narrow(s, t, h)) return 1.0;
+  for (const auto& known : s.notch)
     if (known.first == ahead) return known.second;
   double J[3];
   const double n[3] = {-t.d[1], t.d[0], 0.0}, G0 = estimate_at(s, ahead, J);
   const double G = sharp_release(s, ahead, t.end, t.d, n, slot_width(s, t));
-  s.sharp.emplace_back(ahead, G > 0.0 && G0 > 0.0 ? G / G0 : 1.0);
-  return s.sharp.back().second;
+  s.notch.emplace_back(ahead, G > 0.0 && G0 > 0.0 ? G / G0 : 1.0);
+  return s.notch.back().second;
 }
 
 double end_share(const Scan& s, int e)

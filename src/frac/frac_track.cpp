@@ -407,8 +407,9 @@ double advance(Tracker& t, int k)
   const bool removed = ahead >= 0 && t.fr.phase[ahead] == AS_NOTHING;
   if (removed || (ahead < 0 && last >= 0 && !ends)) {
     double in[2];
-    ahead = beyond_hole(t, removed ? ahead : last, tip, d, in);
-    if (ahead >= 0) std::copy_n(in, 2, tip);
+    const int from = removed && t.fm.def[ahead] >= 0 ? ahead : last;
+    if (from >= 0) ahead = beyond_hole(t, from, tip, d, in);
+    if (from >= 0 && ahead >= 0) std::copy_n(in, 2, tip);
   }
   // it meets a crack, or what cannot break
   const bool stops = ahead >= 0 && (t.fr.tracked[ahead] == ON_PATH || !tracks(t, ahead) ||

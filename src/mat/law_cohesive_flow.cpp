@@ -319,9 +319,11 @@ int open_axes(const CrackLaw& c, const HenckyTrial& t, int* axis)
   return n;
 }
 
-bool same_strain(const HenckyTrial& t, int i, int j)
+// equal, or apart by round-off of an unloaded body: the stress is mu times the difference
+bool same_strain(const MatLaw& law, const HenckyTrial& t, int i, int j)
 {
-  return std::fabs(t.x(i) - t.x(j)) <= SAME_AXES * t.x.cwiseAbs().maxCoeff();
+  const double same = std::max(SAME_AXES * t.x.cwiseAbs().maxCoeff(), crack_no_stress(law.crack) / law.mu);
+  return std::fabs(t.x(i) - t.x(j)) <= same;
 }
 
 // turns two axes of equal strain in their plane, the first towards a
@@ -333,7 +335,7 @@ void turn_axes(const Vec3& a, int first, int second, HenckyTrial& t)
 
 // gives each crack of t(n) the axis that is nearest to its normal, which moves with the material; axes of
 // equal strain turn to it
-void follow_cracks(const double* h, int n, int* axis, HenckyTrial& t)
+void follow_cracks(const MatLaw& law, const double* h, int n, int* axis, HenckyTrial& t)
 {
   for (int i = 0; i + 1 < n && crack_in(h, i)[CRACK_OPENING] > 0.0; ++i) {
     const Eigen::Map<const Vec3> N(crack_in(h, i) + CRACK_NORMAL);
@@ -342,7 +344,7 @@ void follow_cracks(const double* h, int n, int* axis, HenckyTrial& t)
       if (cosine(j) > cosine(i)) std::swap(axis[i], axis[j]);
     const Vec3 a = t.L.triangularView<Eigen::Lower>().solve(N);
     for (int j = i + 1; j < n; ++j)
-      if (same_strain(t, axis[i], axis[j])) turn_axes(a, axis[i], axis[j], t);
+      if (same_strain(law, t, axis[i], axis[j])) turn_axes(a, axis[i], axis[j], t);
   }
 }
 
@@ -354,7 +356,7 @@ void turn_to_edge(const Cracked& c, HenckyTrial& t)
   for (int k = 0; k < law.dim && law.X; ++k) edge(k) = law.X[law.dim + k] - law.X[k];
   const int first = c.crack[0].axis;
   for (int j = 1; j < law.dim; ++j)
-    if (same_strain(t, first, c.crack[j].axis)) turn_axes(edge, first, c.crack[j].axis, t);
+    if (same_strain(c.law, t, first, c.crack[j].axis)) turn_axes(edge, first, c.crack[j].axis, t);
 }
 
 // the axis across the sheet
@@ -497,7 +499,7 @@ Cracked start(const MatLaw& law, const double* h_n, HenckyTrial& t, int& axes)
   const bool sheet = law.plane == PLANE_STRESS;
   int axis[3];
   axes = open_axes(law.crack, t, axis);
-  if (crack_in(h_n, 0)[CRACK_OPENING] > 0.0) follow_cracks(h_n, axes, axis, t);
+  if (crack_in(h_n, 0)[CRACK_OPENING] > 0.0) follow_cracks(law, h_n, axes, axis, t);
   Cracked c{law, t.e, h_n[FLOW_EQUIVALENT], sheet ? thickness_axis(t) : -1, 1, {}, {}, true};
   if (sheet) c.e(c.thick) = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (t.e.sum() - t.e(c.thick));
   for (int i = 0; i < axes; ++i) {

@@ -620,6 +620,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     if (failure.status == INTERRUPTED) return interrupted_inside(p, inc, out);
     if (failure.status == FACES_UNKNOWN) {
       discard_attempt(p, inc, out);
+      p.stable.before.clear();           // forces of the attempt
       return stop_for_faces(p, s, inc.before, inc.clock);
     }
     if (!failure.ok()) return failure;
@@ -639,6 +640,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     // other forces and supports may begin with the next step: the energies then are those of t(n)      (6.33)
     const bool follows = st.log.step < static_cast<int>(p.m.step.size());
     if (s.explicit_steps() && follows && clock_over(s, st.clock)) ledger_leap(p.dofs, 0.0, st);
+    if (s.explicit_steps() && p.m.output.restart.write) step_turn_back(p);
     out_restart(p.m, st, p.d.grid, false, out);
     if (s.explicit_steps() && p.m.output.restart.write) discard_grid(p, out);
   }
@@ -692,9 +694,10 @@ void judge_balance(const Step& s, int number, double noise, Ledger& g)
 // for (1e-14)^2 E V  (no test)
 const double FORCE_ROUNDING = 1e12;
 
-// energies below are round-off: of strains, and of the work of forces. Collective.
-double noise_of_work(const Problem& p)
+// energies below are round-off: of strains, and of the work of forces in statics. Collective.
+double noise_of_work(const Problem& p, const Step& s)
 {
+  if (s.proc == PROC_DYNAMIC || p.dofs.rows.h_mean <= 0.0) return p.st.ledger.rounding;
   double u = 0.0;
   for (double x : p.st.n.u) u = std::max(u, std::fabs(x));
   const double turn = comm_allreduce_max(u) / p.dofs.rows.h_mean;
@@ -824,7 +827,7 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
     if (p.again) return EXIT_GOOD;
     if (!failure.ok()) report_failure(p, failure, inc, out);
     out_step_end(p.m, p.st, out);
-    if (failure.ok()) judge_balance(p.m.step[k], p.st.log.step, noise_of_work(p), p.st.ledger);
+    if (failure.ok()) judge_balance(p.m.step[k], p.st.log.step, noise_of_work(p, p.m.step[k]), p.st.ledger);
   }
   const Status status = failure.status;
   warn_conversion(p.st.ledger);

@@ -102,6 +102,17 @@ void step_turn_apart(Problem& p, const Step& s)
   MPFE_CHECK(add_turn(p, push).ok(), "lumped masses could not be inverted");
 }
 
+void step_turn_back(Problem& p)
+{
+  RealVec& closing  = p.stable.before;
+  const size_t size = static_cast<size_t>(p.m.mesh.nnode() + p.st.points.ncorner) * p.m.dim;
+  if (step_on_grid(p.d, p.dofs) || !dof_all(p.dofs, closing.size() == size)) return;
+  for (double& x : closing) x = -x;
+  RealVec push;
+  push.swap(closing);
+  MPFE_CHECK(add_turn(p, push).ok(), "lumped masses could not be inverted");
+}
+
 void step_turn_begin(Problem& p, const Step& s)
 {
   const ContactFound& found = p.stable.found;
@@ -154,7 +165,7 @@ void closing_friction(const State& st, int dim, int k, const Closing& c, const d
   if (c.end < 0.0 && size > 0.0)
     part = std::min(0.0, std::max(c.meant / c.end, std::sqrt(size / slip) / st.bonds.ct[k]) - 1.0);
   for (int i = 0; i < dim; ++i)
-    lack[i] = c.end < 0.0 ? part * t1[i] : c.meant / c.begin * (t0[i] - across * n[i]);
+    lack[i] = c.end < 0.0 || c.begin == 0.0 ? part * t1[i] : c.meant / c.begin * (t0[i] - across * n[i]);
 }
 
 }  // namespace
