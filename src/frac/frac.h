@@ -167,19 +167,21 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
 
 // frac_test : elements that break now, highest rank first; l: a converged level. doc/theory.md (7.1) - (7.8).
 // Collective.
-//   in   energy    strain energy of owned intact elements at l [nelem]; read if frac_uses_energy
+//   in   start     total time at which the step has begun
+//        energy    strain energy of owned intact elements at l [nelem]; read if frac_uses_energy
 //   out  first     the element with the largest excess
 void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
-               const Level& l, const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first);
+               const Level& l, double start, const RealVec& energy, std::vector<Erosion>& out,
+               FirstBreak& first);
 
 // frac_value : first.value at another level, at which first.elem is intact. Collective.
 double frac_value(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
-                  const Level& l, const FirstBreak& first);
+                  const Level& l, double start, const FirstBreak& first);
 
 // frac_estimate : G of element e by the estimate of its definition, without the gates; J [3]: FORCE: its
 // direction
 double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
-                     const Fracture& fr, const Level& l, int e, double J[3]);
+                     const Fracture& fr, const Level& l, double start, int e, double J[3]);
 
 // frac_erode : breaks elements, in order: normal, time, counts; in statics or without gradual release also
 // the degradation factor. Collective.
@@ -219,7 +221,7 @@ void frac_start(const Model& m, const Step& s, const Elements& el, const FracMes
 // l0 (7.15); l1 in statics, with FALLBACK, COHESIVE and for elements with sudden release. Collective.
 //   in   fr      before they break, with averages of l0
 void frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
-               const Level& l0, const Level& l1, std::vector<Erosion>& all);
+               const Level& l0, double start, const Level& l1, std::vector<Erosion>& all);
 
 // frac_degrade : degradation factors at the end l1 of an increment dt from l0; statics: c at once  (7.15)
 void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0,

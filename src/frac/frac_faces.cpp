@@ -190,14 +190,23 @@ void take_loads(const Scan& s, int e, double radius, double* J)
   for (int a = 0; a < nen; ++a)
     for (int i = 0; i < dim; ++i) u0[i] += s.l.u[static_cast<size_t>(conn[a]) * dim + i] / nen;
   for (const FaceNode& n : face_nodes(s, e, radius)) {
-    const double* f = force_at(s, n.node);
+    // body forces stay, those of intact elements by (7.5c)
+    double f[3], intact[3], broken[3], part[3] = {0, 0, 0};
+    std::copy_n(force_at(s, n.node), dim, f);
     const Eigen::Matrix3d inverse = face_inverse(n), H = n.du * inverse;
     const Eigen::Vector3d stretch = inverse * n.dq;
+    if (body_at(s, n.node, intact, broken))
+      for (int i = 0; i < dim; ++i) {
+        f[i] -= intact[i] + broken[i];
+        for (int k = 0; k < dim; ++k) part[k] -= n.q * H(i, k) * broken[i];
+      }
     for (int i = 0; i < dim; ++i) {
       const size_t at = static_cast<size_t>(n.node) * dim + i;
       const bool stays    = given[at] || (grown && !n.grown);
       const double u      = s.l.u[at] - u0[i];
-      for (int k = 0; k < dim; ++k) J[k] += f[i] * (stays ? -n.q * H(i, k) : u * stretch[k]);
+      for (int k = 0; k < dim; ++k) part[k] += f[i] * (stays ? -n.q * H(i, k) : u * stretch[k]);
     }
+    take_supported(s, n.node, part);
+    for (int k = 0; k < dim; ++k) J[k] += part[k];
   }
 }

@@ -150,7 +150,13 @@ void take_surface(const Scan& s, int e, double radius, double* J)
     for (const FreeFace& o : face) notch = notch || (&o != &f && facing(f, o, s.fm.local[e], false));
     if (notch) continue;
     const double W = elem_energy_one(s.m, s.el, f.elem, s.l, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
-    for (int i = 0; i < 3; ++i) J[i] += q * W * s.fm.thickness[f.elem] * f.area[i];
+    for (int a = 0; a < f.n; ++a) {
+      const double qa = weight_of(s, f.node[a], &s.fm.centre[3 * e], radius) / f.n;
+      double part[3];
+      for (int i = 0; i < 3; ++i) part[i] = qa * W * s.fm.thickness[f.elem] * f.area[i];
+      take_supported(s, f.node[a], part);
+      for (int i = 0; i < 3; ++i) J[i] += part[i];
+    }
   }
 }
 
@@ -355,16 +361,26 @@ double front_length(const Scan& s, int e, const double* J, double radius)
   return sum;
 }
 
-// J += contribution of an element, without nodes where an interface bends                           (7.5)
+// J += contribution of an element, without nodes where an interface bends; at a tip at supported faces without
+// the normal force                                                                           (7.5), (7.5d)
 //   inout   q   [nodes] weights
-void add_force(const Scan& s, int e, double* q, double* J)
+void add_force(const Scan& s, int e, bool tip, double* q, double* J)
 {
   const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
   for (int a = 0; !s.fm.between.empty() && a < nen; ++a) {
     const int k = q[a] > 0.0 ? interface_node(s, node[a]) : -1;
     if (k >= 0 && interface_bends(s, k)) q[a] = 0.0;
   }
-  (s.m.dim == 2 ? add_force_of<2> : add_force_of<3>)(s, e, q, J);
+  const auto add = s.m.dim == 2 ? add_force_of<2> : add_force_of<3>;
+  for (int a = 0; tip && a < nen; ++a) {
+    double one[8] = {0}, F[3] = {0, 0, 0};
+    if (q[a] == 0.0 || !take_supported(s, node[a], F)) continue;
+    std::swap(one[a], q[a]);
+    add(s, e, one, F);
+    take_supported(s, node[a], F);
+    for (int i = 0; i < 3; ++i) J[i] += F[i];
+  }
+  add(s, e, q, J);
 }
 
 // takes the force of an initial strain that varies, int q S : dE0/dX dV, out of J. Its gradient is that
@@ -425,7 +441,7 @@ const double* force_at(const Scan& s, int node)
 // J of the ball around an element, per thickness or per length of the front
 double force_estimate(const Scan& s, int e, double radius, double* J)
 {
-  const bool crack = at_crack(s, e);
+  const bool crack = at_crack(s, e), tip = crack || at_notch(s, e, radius);
   if (crack && estimate_of(s, e) == ESTIMATE_FORCE) radius = tip_radius(s, e, radius);
   const double *c = &s.fm.centre[3 * e], reach = radius + 1.5 * s.fm.local[e];
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
@@ -434,11 +450,12 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
     const int n = s.m.mesh.conn.count(o), *node = s.m.mesh.conn.begin(o);
     double q[8], sum = 0.0;
     for (int a = 0; a < n; ++a) sum += q[a] = weight_of(s, node[a], c, radius);
-    if (sum > 0.0) add_force(s, o, q, J);
+    if (sum > 0.0) add_force(s, o, tip, q, J);
   });
   take_interfaces(s, c, radius, J);
+  take_body(s, e, radius, J);
   // without crack or notch a crack may start at the surface itself
-  if (crack || at_notch(s, e, radius)) {
+  if (tip) {
     take_surface(s, e, radius, J);
     if (!s.dynamic()) take_loads(s, e, radius, J);
     if (s.law(e).initial >= 0) (s.m.dim == 2 ? take_initial<2> : take_initial<3>)(s, e, radius, J);

@@ -16,6 +16,7 @@ struct Scan {
   const FracMesh& fm;
   const Fracture& fr;
   const Level& l;
+  double start;                // total time at which the step has begun; body forces are those at l.time
   // [nelem] of intact elements: strain energy / volume, or its average; 0 for others
   RealVec W;
   RealVec drive;               // [nelem] psi+ / volume, -1: not yet computed
@@ -26,6 +27,8 @@ struct Scan {
   mutable std::vector<char> node_known = {};
   mutable std::vector<char> given = {};      // [nnode*dim] forces or supports; empty: not yet searched
   std::vector<std::pair<int, double>> notch = {};      // as sharp, of elements ahead of a slit or notch
+  mutable std::vector<char> fixed = {};      // [nnode*dim] supports; empty: not yet searched
+  mutable RealVec body = {};                 // [nelem*4] body force, and whether it is computed; on demand
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
@@ -127,6 +130,16 @@ double tip_radius(const Scan& s, int e, double radius);
 
 // take_loads : takes forces on the faces of cracks in the ball of this radius out of J               (7.5a)
 void take_loads(const Scan& s, int e, double radius, double* J);
+
+// take_body : takes the work of body forces in the ball of this radius out of J                     (7.5c)
+void take_body(const Scan& s, int e, double radius, double* J);
+
+// body_at : body force on a node [3] from its intact elements, and from its broken ones; false: none
+bool body_at(const Scan& s, int node, double* intact, double* broken);
+
+// take_supported : takes the part normal to supported outer faces out of the force F [3] of an element at a
+// node away from the crack; false: the node has no such face                                        (7.5d)
+bool take_supported(const Scan& s, int node, double* F);
 
 // lies_in : does x lie in element e at t = 0?
 bool lies_in(const Mesh& mesh, int e, const double* x);

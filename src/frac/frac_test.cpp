@@ -671,20 +671,21 @@ void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& ener
 }  // namespace
 
 double frac_estimate(const Model& m, const Step& step, const Elements& el, const FracMesh& fm,
-                     const Fracture& fr, const Level& l, int e, double J[3])
+                     const Fracture& fr, const Level& l, double start, int e, double J[3])
 {
-  Scan s{m, step, el, fm, fr, l, {}, {}, {}};
+  Scan s{m, step, el, fm, fr, l, start, {}, {}, {}};
   s.drive.assign(fm.size.size(), -1.0);
   return estimate(s, e, J);
 }
 
 void frac_test(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
-               const Level& l, const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first)
+               const Level& l, double start, const RealVec& energy, std::vector<Erosion>& out,
+               FirstBreak& first)
 {
   out.clear();
   first = FirstBreak();
   if (m.fracture.empty()) return;
-  Scan s{m, step, el, fm, fr, l, {}, {}, {}};
+  Scan s{m, step, el, fm, fr, l, start, {}, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
   const double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
@@ -727,22 +728,22 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
 }
 
 double frac_value(const Model& m, const Step& step, const Elements& el, const FracMesh& fm,
-                  const Fracture& fr, const Level& l, const FirstBreak& first)
+                  const Fracture& fr, const Level& l, double start, const FirstBreak& first)
 {
   const bool own = first.elem >= 0 && m.part.works(first.elem);
   double value   = 0.0;
-  if (own) value = first.gain * value_of({m, step, el, fm, fr, l, {}, {}, {}}, first.elem, first.part);
+  if (own) value = first.gain * value_of({m, step, el, fm, fr, l, start, {}, {}, {}}, first.elem, first.part);
   if (m.part.on) comm_sum(&value, 1);
   return value;
 }
 
 void frac_when(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
-               const Level& l0, const Level& l1, std::vector<Erosion>& all)
+               const Level& l0, double start, const Level& l1, std::vector<Erosion>& all)
 {
   RealVec time;
   for (const Erosion& x : all) {
     const bool own = x.elem >= 0 && m.part.works(x.elem);
-    time.push_back(own ? when_met({m, step, el, fm, fr, l0, {}, {}, {}}, l1, x) : 0.0);
+    time.push_back(own ? when_met({m, step, el, fm, fr, l0, start, {}, {}, {}}, l1, x) : 0.0);
   }
   comm_sum(time);
   for (size_t k = 0; k < all.size(); ++k) all[k].time = time[k];
@@ -754,7 +755,7 @@ void frac_erode(const Model& m, const Step& step, const Elements& el, const Frac
   const size_t n = all.size();
   RealVec sum(2 * n, 0.0);     // energies, crack areas
   for (size_t k = 0; k < n; ++k)
-    if (all[k].elem >= 0) erode({m, step, el, fm, fr, l, {}, {}, {}}, all[k], fr, l, sum[k], sum[n + k]);
+    if (all[k].elem >= 0) erode({m, step, el, fm, fr, l, 0.0, {}, {}, {}}, all[k], fr, l, sum[k], sum[n + k]);
   // halo elements: copied from their owners, as round-off differs
   if (n > 0 && m.part.around.on()) halo_copy(m.part.around, 3, fr.normal);
   // in the order of a restart file, so that sums do not change after a restart

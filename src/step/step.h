@@ -460,8 +460,8 @@ inline bool step_on_grid(const Discretisation& d, const Dofs& s)
 // ends of an increment, and its work is the energy that contact stores. Collective.               (6.37)
 // step_turn_apart : explicit: removes the contact forces from the accelerations at t(n) before the model is
 // repartitioned, since the contact found does not move to other ranks: StableIncrement::apart. Collective.
-// step_turn_back : explicit, before a restart file: takes back now what the next increment would (6.51), since
-// the file has no forces; with rows of the grid the accelerations start anew. Collective.
+// step_turn_back : explicit, before a restart file: takes back now what the next increment would (6.51): the
+// file has no forces; with rows of the grid the accelerations start anew. Collective.
 // step_contact_stays : explicit: may contact points keep their faces? Collective.
 void step_turn_begin(Problem& p, const Step& s);
 void step_turn_apart(Problem& p, const Step& s);

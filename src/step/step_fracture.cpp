@@ -47,7 +47,7 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, doubl
   frac_average(m, s, d.el, d.fm, st.n, energy, fr);
   const double interval = test_interval(m, s, crossing);
   if (interval > 0.0) fr.next_test = std::max(fr.next_test + interval, st.n.time + 0.5 * interval);
-  frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
+  frac_test(m, s, d.el, d.fm, fr, st.n, st.clock.start, energy, erode, first);
 }
 
 // Explicit: averages of psi+ at t(n) of the increment, linear between the last test and now; 0, which stands
@@ -73,7 +73,7 @@ void find_times(const Problem& p, const Step& s, double last, RealVec mean, cons
     mean = averages_between(mean, st.frac.mean, last, l0.time, st.n.time);
     st.frac.mean.swap(mean);
   }
-  frac_when(p.m, s, p.d.el, p.d.fm, st.frac, l0, st.n, erode);
+  frac_when(p.m, s, p.d.el, p.d.fm, st.frac, l0, st.clock.start, st.n, erode);
   if (s.explicit_steps()) st.frac.mean.swap(mean);
   for (Erosion& x : erode) x.time = std::max(x.time, s.explicit_steps() ? last : l0.time);
 }
@@ -315,7 +315,7 @@ Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, con
   if (!w.on || w.first.number < 0) return STATUS_OK;
   const double tolerance = m.fracture[w.first.def].tolerance;
   if (tolerance <= 0.0) return STATUS_OK;
-  w.value0 = frac_value(m, s, d.el, d.fm, before.state.frac, before.n, w.first);
+  w.value0 = frac_value(m, s, d.el, d.fm, before.state.frac, before.n, before.state.clock.start, w.first);
   if (w.first.value <= 1.0 + tolerance && w.value0 >= 1.0 - tolerance) return STATUS_OK;
   char text[100];
   std::snprintf(text, sizeof text, "element %d: criterion %.5g, at the start %.5g",

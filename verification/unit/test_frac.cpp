@@ -635,14 +635,14 @@ TEST(Release, BeginsWhenTheCriterionIsMet)
   const Step step = motion();
   const Level l0 = stretched(m, r, 0.1, 5.0), l1 = stretched(m, r, 0.2, 7.0);
   double J[3];
-  const double G0 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l0, 4, J),
-               G1 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l1, 4, J);
+  const double G0 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l0, 0.0, 4, J),
+               G1 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l1, 0.0, 4, J);
   EXPECT_NEAR(4.0, G1 / G0, 1e-12);
   std::vector<Erosion> one(1);
   Erosion& x = one[0];
   x.elem = 4;
   const auto when = [&]() {
-    frac_when(m, step, r.el, r.fm, r.st.frac, l0, l1, one);
+    frac_when(m, step, r.el, r.fm, r.st.frac, l0, 0.0, l1, one);
     return x.time;
   };
   for (double part : {0.25, 0.75}) {
