@@ -10,24 +10,11 @@ namespace {
 
 bool has_body_forces(const Scan& s)
 {
-  return std::any_of(s.step.load.begin(), s.step.load.end(), [](const Load& l) { return l.kind == LOAD_BODY; });
+  const auto of_body = [](const Load& l) { return l.kind == LOAD_BODY; };
+  return std::any_of(s.step.load.begin(), s.step.load.end(), of_body);
 }
 
-// body force at the centre of an element [3]                                           force/volume
-const double* body_force(const Scan& s, int e)
-{
-  if (s.body.empty()) s.body.assign(4 * s.fm.size.size(), 0.0);
-  double* b = &s.body[4 * static_cast<size_t>(e)];
-  if (b[3] > 0.0) return b;
-  b[3] = 1.0;
-  for (const Load& l : s.step.load) {
-    if (l.kind != LOAD_BODY || !std::binary_search(l.elem.begin(), l.elem.end(), e)) continue;
-    const double value = load_value(s.m, s.step, l, &s.fm.centre[3 * e], s.l.time - s.start, s.l.time);
-    const double per   = l.per_mass ? s.el.block[s.el.initial_block[e]].density : 1.0;
-    for (int i = 0; i < s.m.dim; ++i) b[i] += value * per * l.dir[i];
-  }
-  return b;
-}
+const double* body_force(const Scan& s, int e) { return &s.body[3 * static_cast<size_t>(e)]; }
 
 // J -= int q H^T b dV of an intact element
 template <int D>
@@ -50,6 +37,29 @@ void take_body_of(const Scan& s, int e, const double* q, const double* body, dou
 }
 
 }  // namespace
+
+// at the centres; those of halo elements from their owners
+void find_body(Scan& s)
+{
+  if (!has_body_forces(s)) return;
+  const size_t nelem = s.fm.size.size();
+  s.body.assign(3 * nelem, 0.0);
+  for (const Load& l : s.step.load) {
+    if (l.kind != LOAD_BODY) continue;
+    for (int e : l.elem) {
+      if (s.el.initial_block[e] < 0) continue;
+      const double value = load_value(s.m, s.step, l, &s.fm.centre[3 * e], s.l.time - s.start, s.l.time);
+      const double per   = l.per_mass ? s.el.block[s.el.initial_block[e]].density : 1.0;
+      for (int i = 0; i < s.m.dim; ++i) s.body[3 * static_cast<size_t>(e) + i] += value * per * l.dir[i];
+    }
+  }
+  for (int i = 0; s.m.part.on && i < s.m.dim; ++i) {
+    RealVec one(nelem);
+    for (size_t e = 0; e < nelem; ++e) one[e] = s.body[3 * e + i];
+    frac_share(s.m.part, one);
+    for (size_t e = 0; e < nelem; ++e) s.body[3 * e + i] = one[e];
+  }
+}
 
 void take_body(const Scan& s, int e, double radius, double* J)
 {

@@ -28,7 +28,7 @@ struct Scan {
   mutable std::vector<char> given = {};      // [nnode*dim] forces or supports; empty: not yet searched
   std::vector<std::pair<int, double>> notch = {};      // as sharp, of elements ahead of a slit or notch
   mutable std::vector<char> fixed = {};      // [nnode*dim] supports; empty: not yet searched
-  mutable RealVec body = {};                 // [nelem*4] body force, and whether it is computed; on demand
+  RealVec body = {};           // [nelem*3] body force by find_body                            force/volume
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
@@ -130,6 +130,9 @@ double tip_radius(const Scan& s, int e, double radius);
 
 // take_loads : takes forces on the faces of cracks in the ball of this radius out of J               (7.5a)
 void take_loads(const Scan& s, int e, double radius, double* J);
+
+// find_body : body forces of all elements at the time of l. Collective.
+void find_body(Scan& s);
 
 // take_body : takes the work of body forces in the ball of this radius out of J                     (7.5c)
 void take_body(const Scan& s, int e, double radius, double* J);

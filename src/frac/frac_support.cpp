@@ -59,7 +59,8 @@ bool take_supported(const Scan& s, int node, double* F)
     const int* conn = s.m.mesh.conn.begin(o);
     for (int f = 0; f < info.nface; ++f) {
       const int *face = info.face[f], *end = face + info.nfnode[f];
-      if (std::none_of(face, end, [&](int a) { return conn[a] == node; }) || !supported_face(s, o, f)) continue;
+      if (std::none_of(face, end, [&](int a) { return conn[a] == node; })) continue;
+      if (!supported_face(s, o, f)) continue;
       double mid[3];
       Eigen::Vector3d n;
       face_of(s.m.mesh, o, f, mid, n.data());

@@ -674,6 +674,7 @@ double frac_estimate(const Model& m, const Step& step, const Elements& el, const
                      const Fracture& fr, const Level& l, double start, int e, double J[3])
 {
   Scan s{m, step, el, fm, fr, l, start, {}, {}, {}};
+  find_body(s);
   s.drive.assign(fm.size.size(), -1.0);
   return estimate(s, e, J);
 }
@@ -688,6 +689,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   Scan s{m, step, el, fm, fr, l, start, {}, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
+  find_body(s);
   const double W_max = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
   std::vector<Candidate> all, open;
   std::vector<Kinked> kinked;
@@ -732,7 +734,9 @@ double frac_value(const Model& m, const Step& step, const Elements& el, const Fr
 {
   const bool own = first.elem >= 0 && m.part.works(first.elem);
   double value   = 0.0;
-  if (own) value = first.gain * value_of({m, step, el, fm, fr, l, start, {}, {}, {}}, first.elem, first.part);
+  Scan s{m, step, el, fm, fr, l, start, {}, {}, {}};
+  find_body(s);
+  if (own) value = first.gain * value_of(s, first.elem, first.part);
   if (m.part.on) comm_sum(&value, 1);
   return value;
 }
@@ -741,9 +745,11 @@ void frac_when(const Model& m, const Step& step, const Elements& el, const FracM
                const Level& l0, double start, const Level& l1, std::vector<Erosion>& all)
 {
   RealVec time;
+  Scan s{m, step, el, fm, fr, l0, start, {}, {}, {}};
+  if (!all.empty()) find_body(s);
   for (const Erosion& x : all) {
     const bool own = x.elem >= 0 && m.part.works(x.elem);
-    time.push_back(own ? when_met({m, step, el, fm, fr, l0, start, {}, {}, {}}, l1, x) : 0.0);
+    time.push_back(own ? when_met(s, l1, x) : 0.0);
   }
   comm_sum(time);
   for (size_t k = 0; k < all.size(); ++k) all[k].time = time[k];
