@@ -81,7 +81,7 @@ bool body_at(const Scan& s, int node, double* intact, double* broken)
   if (!has_body_forces(s)) return false;
   for (int k = 0; k < s.fm.of_node.count(node); ++k) {
     const int e = s.fm.of_node.begin(node)[k];
-    if (s.el.block_of[e] < 0) continue;              // no longer an element
+    if (s.fr.phase[e] != AS_ELEMENT || s.el.initial_block[e] < 0) continue;
     const int nen = s.m.mesh.conn.count(e), *conn = s.m.mesh.conn.begin(e);
     const int at  = static_cast<int>(std::find(conn, conn + nen, node) - conn);
     const double* b = body_force(s, e);
