@@ -115,14 +115,13 @@ bool is_narrow(const Scan& s, const Tip& t, double h)
   return true;
 }
 
-// is e at a flank of a narrow notch, behind its end?
+// is e beside a narrow notch, behind its end?
 bool behind_end(const Scan& s, int e, Tip& t)
 {
   const double h = s.fm.local[e];
   if (s.m.dim == 3 || !notch_end(s, e, t) || !is_narrow(s, t, h)) return false;
   const double x[2] = {s.fm.centre[3 * e] - t.end[0], s.fm.centre[3 * e + 1] - t.end[1]};
-  const double aside = std::fabs(x[0] * t.d[1] - x[1] * t.d[0]);
-  return x[0] * t.d[0] + x[1] * t.d[1] < -BEHIND * h && aside < 0.5 * slot_width(s, t) + h;
+  return x[0] * t.d[0] + x[1] * t.d[1] < -BEHIND * h;
 }
 
 // direction to x of a crack at e, with the slit from which it has grown, which is longer at first
