@@ -362,7 +362,7 @@ double front_length(const Scan& s, int e, const double* J, double radius)
 }
 
 // J += contribution of an element, without nodes where an interface bends; at a tip, at supported faces,
-// without the normal force                                                                           (7.5), (7.5d)
+// without the normal force                                                                   (7.5), (7.5d)
 //   inout   q   [nodes] weights
 void add_force(const Scan& s, int e, bool tip, double* q, double* J)
 {
