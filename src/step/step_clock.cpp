@@ -18,6 +18,11 @@ const double GROWS = 1.5, SHRINKS = 0.75;
 const int SMALL_ONES = 3;
 const double GROWS_BY = 1.25, SMALL = 0.8 / (GROWS_BY * GROWS_BY);
 
+// Statics: an increment ends dt_min before a jump of an amplitude, at most BEFORE_JUMP dt, which changes the
+// value before the jump by this part of its change in an increment
+// (test: Clock.IncrementsEndAtTurnsOfTables)
+const double BEFORE_JUMP = 1e-3;
+
 // DIRECT: the length after cuts doubles after an increment of EASY iterations at most, after two in a row of
 // HARD at most, and at multiples of dt (whole). A difficult phase costs few rejected attempts
 // (test: Clock.CutIncrementsOfDirectGrowBack)
@@ -45,6 +50,46 @@ void choose_by_half(const Step& s, double used, int iterations, double part, Ste
     c.dt *= SHRINKS;
   else if (c.easy >= SMALL_ONES)
     c.dt = std::min(s.dt_max, c.dt * GROWS_BY);
+}
+
+// amplitudes of loads, supports, bonds and grid boundaries of this step; -1: none
+IntVec amplitudes_of(const Model& m, const Step& s)
+{
+  IntVec used;
+  for (const Load& l : s.load)
+    if (l.ramp != RAMP_OUT) used.push_back(l.amplitude);
+  for (const Prescribed& b : s.prescribed) used.push_back(b.amplitude);
+  for (const BondDef& d : m.bond) used.push_back(d.amplitude);
+  for (const GridBc& g : m.grid_bc) used.push_back(g.amplitude);
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  return used;
+}
+
+// -1, 0, 1: the table falls, stays, rises after point i; 0 before the first and after the last point
+int way_after(const Amplitude& a, int i)
+{
+  if (i < 0 || i + 1 >= static_cast<int>(a.t.size())) return 0;
+  return (a.y[i + 1] > a.y[i]) - (a.y[i + 1] < a.y[i]);
+}
+
+// does the table jump at point i + 1?
+bool jumps_after(const Amplitude& a, int i)
+{
+  return i >= 0 && i + 1 < static_cast<int>(a.t.size()) && a.t[i + 1] == a.t[i];
+}
+
+// appends the times of the run at which a table turns, begins or ceases to change, and jumps. before: time
+// by which an increment ends before a jump, so that the value before it acts too; 0: none does
+void add_turns(const Amplitude& a, double origin, double before, std::vector<double>& out)
+{
+  for (int i = 0; i < static_cast<int>(a.t.size()); ++i) {
+    if (jumps_after(a, i)) {
+      if (before > 0.0) out.push_back(origin + a.t[i] - before);
+    } else if (jumps_after(a, i - 1) || way_after(a, i) != way_after(a, i - 1)) {
+      out.push_back(origin + a.t[i]);
+    }
+  }
 }
 
 }  // namespace
@@ -83,12 +128,17 @@ void clock_accept(const Step& s, double used, int iterations, double half, StepC
 
 std::vector<double> clock_stops(const Model& m, const Step& s, double start)
 {
-  std::vector<double> out;
+  std::vector<double> at, out;                           // times of the run; of the step
   for (const Check& c : m.output.check)
-    if (c.at == AT_TIME && c.time > start && c.time < start + s.period) out.push_back(c.time - start);
+    if (c.at == AT_TIME) at.push_back(c.time);
   for (const ConversionDef& c : m.conversion)
-    if (c.trigger == TRIGGER_TIME && c.limit > start && c.limit < start + s.period)
-      out.push_back(c.limit - start);
+    if (c.trigger == TRIGGER_TIME) at.push_back(c.limit);
+  const double before = s.proc == PROC_STATIC ? std::min(s.dt_min, BEFORE_JUMP * s.dt) : 0.0;
+  if (!s.direct && !s.explicit_steps())
+    for (int k : amplitudes_of(m, s))
+      if (k >= 0) add_turns(m.amplitude[k], m.amplitude[k].total_time ? 0.0 : start, before, at);
+  for (double t : at)
+    if (t > start && t < start + s.period) out.push_back(t - start);
   std::sort(out.begin(), out.end());
   return out;
 }

@@ -87,6 +87,35 @@ TEST(Clock, EndsOnStopsAndOnTheStepWithoutASliver)
   EXPECT_TRUE(clock_over(s, c));
 }
 
+// a table that rises, jumps, rests and falls; automatic increments of statics end before the jump as well
+TEST(Clock, IncrementsEndAtTurnsOfTables)
+{
+  Model m;
+  Amplitude a;
+  a.t = {0.0, 0.1, 0.3, 0.3, 0.5, 0.6, 0.7, 2.0};
+  a.y = {0.0, 0.5, 1.5, 1.0, 1.0, 0.0, -1.0, -2.0};
+  m.amplitude.push_back(a);
+  Step s = automatic(1.0, 0.4);
+  s.dt_min = 0.01;
+  EXPECT_EQ(0u, clock_stops(m, s, 0.0).size());      // not used
+  s.load.resize(1);
+  s.load[0].amplitude = 0;
+  const auto expect = [&](const RealVec& stops, double start) {
+    const RealVec found = clock_stops(m, s, start);
+    ASSERT_EQ(stops.size(), found.size());
+    for (size_t k = 0; k < stops.size(); ++k) EXPECT_NEAR(stops[k], found[k], 1e-14);
+  };
+  expect({0.3 - 0.4e-3, 0.3, 0.5}, 0.0);
+  expect({0.3 - 0.4e-3, 0.3, 0.5}, 7.0);             // time of the step
+  m.amplitude[0].total_time = true;
+  expect({0.1}, 0.4);
+  m.amplitude[0].total_time = false;
+  s.proc = PROC_DYNAMIC;
+  expect({0.3, 0.5}, 0.0);
+  s.direct = true;
+  EXPECT_EQ(0u, clock_stops(m, s, 0.0).size());
+}
+
 // grow_back of step_clock.cpp, as doc/theory.md 6.5 tells it: 2^-16 of dt is back at dt within a nominal increment,
 // which ends on the multiple of dt; a hard increment does not grow, and the end of a nominal increment doubles
 TEST(Clock, CutIncrementsOfDirectGrowBack)
