@@ -162,6 +162,7 @@ void small_tangent(const SmallTrial& t, const Moduli& c, double* D)
     for (int j = 0; j < 6; ++j) {
       const double dev = (i == j ? (i < 3 ? 1.0 : 0.5) : 0.0) - (i < 3 && j < 3 ? 1.0 / 3.0 : 0.0);
       D[i * 6 + j] = (i < 3 && j < 3 ? c.bulk : 0.0) + c.dev * dev + c.flow * t.s[i] * t.s[j] +
-                     c.mixed * (t.s[i] * (j < 3) + t.s[j] * (i < 3));
+                     c.mixed * (t.s[i] * (j < 3) + t.s[j] * (i < 3)) +
+                     c.skew * (t.s[i] * (j < 3) - t.s[j] * (i < 3));
     }
 }

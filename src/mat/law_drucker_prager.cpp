@@ -158,6 +158,20 @@ Moduli moduli(const MatLaw& law, double K, const ConeReturn& r)
   return c;
 }
 
+// of a sheet with the skew part, which the condensation of S33 = 0 needs; else the symmetric part alone
+Moduli moduli_of_sheet(const MatLaw& law, double K, const ConeReturn& r)
+{
+  Moduli c = moduli(law, K, r);
+  if (law.plane != PLANE_STRESS) c.skew = 0.0;
+  return c;
+}
+
+// derivatives of the principal stresses with the skew part
+Eigen::Matrix3d full_moduli(const Moduli& c, const Vec3& s)
+{
+  return principal_moduli(c, s) + c.skew * (s.replicate<1, 3>() - s.transpose().replicate<3, 1>());
+}
+
 // q on the cone of the end pressure, with the cohesion averaged over the flow
 double mean_strength(const Material& m, double a, const ConeReturn& r)
 {
@@ -205,7 +219,7 @@ bool cone_small_strain(const MatLaw& law, const double* E, const double* h_n, do
   small_flow(t, flow_rate(r), h_n, h_np1);
   for (int i = 0; i < 3; ++i) h_np1[FLOW_DEFORMATION + i] -= 2.0 / 3.0 * (r.volume - r.gap);
   note_flow(law, r, h_n, h_np1, out);
-  if (tangent) small_tangent(t, moduli(law, K, r), out.D);
+  if (tangent) small_tangent(t, moduli_of_sheet(law, K, r), out.D);
   return true;
 }
 
@@ -231,7 +245,7 @@ ConeState cone_state(const MatLaw& law, const Vec3& e, double a)
           out.dissipated,
           flowed[FLOW_EQUIVALENT],
           r.flows,
-          principal_moduli(c, s) + c.skew * (s.replicate<1, 3>() - s.transpose().replicate<3, 1>())};
+          full_moduli(c, s)};
 }
 
 bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
@@ -256,6 +270,6 @@ bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const d
   if (r.flows || r.gap > 0.0)
     hencky_flow(t, t.e - flow_rate(r) * s - Vec3::Constant((r.volume - r.gap) / 3.0), h_np1);
   // 4. tangent
-  if (tangent) hencky_tangent(t, tau, s, moduli(law, K, r), out.D);
+  if (tangent) hencky_tangent(t, tau, full_moduli(moduli_of_sheet(law, K, r), s), out.D);
   return true;
 }

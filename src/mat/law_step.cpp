@@ -20,14 +20,19 @@ const double SAME_STRAIN = 1e-14;
 // (test: Law.InitialStrainGivesTheInitialStress)
 const double ROUND_OF_STRESS = 1e-12;
 
-// D of plane stress: without row and column 33                                       (2.13)
+// D of plane stress: without row and column 33; of a D that is not symmetric the symmetric part (2.13) (2.40)
 void condense(double* D)
 {
   const double pivot = D[14];
-  double row[6];
-  for (int j = 0; j < 6; ++j) row[j] = D[12 + j];
+  double row[6], col[6];
+  for (int j = 0; j < 6; ++j) {
+    row[j] = D[12 + j];
+    col[j] = D[6 * j + 2];
+  }
   for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) D[i * 6 + j] -= row[i] * row[j] / pivot;
+    for (int j = 0; j < 6; ++j) D[i * 6 + j] -= col[i] * row[j] / pivot;
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < i; ++j) D[i * 6 + j] = D[j * 6 + i] = 0.5 * (D[i * 6 + j] + D[j * 6 + i]);
 }
 
 // E33 of plane stress between two bounds, -inf and inf at first: S33 is below 0 at lo, above at hi

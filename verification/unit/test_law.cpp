@@ -219,6 +219,38 @@ TEST(Law, DruckerPragerWithoutDilationHasTheSymmetricPartOfItsTangent)
   }
 }
 
+// plane stress: the symmetric part of the condensed tangent, not the condensed symmetric part
+TEST(Law, DruckerPragerSheetHasTheSymmetricPartOfItsTangent)
+{
+  std::mt19937 gen(12);
+  Material m = sample(LAW_DRUCKER_PRAGER);
+  for (double dilation : {0.0, 0.1})
+    for (bool finite : {false, true}) {
+      m.dilation = dilation;
+      LawPoint p{mat_law(m, PLANE_STRESS), finite};
+      double E[6], h[MAX_HISTORY] = {0}, N[36] = {0};
+      random_strain(gen, 0.01, PLANE_STRESS, E);
+      E[0] -= 0.01;
+      E[3] += 0.05;
+      LawOutput out, up, down;
+      ASSERT_TRUE(p.at(E, out, h));
+      ASSERT_GT(h[HISTORY_OF_LAW + FLOW_EQUIVALENT], 0.0);
+      for (int j : {0, 1, 3}) {
+        double a[6], b[6];
+        two_sides(E, j, 1e-6, a, b);
+        ASSERT_TRUE(p.at(a, up) && p.at(b, down));
+        for (int i : {0, 1, 3}) N[i * 6 + j] = (up.S[i] - down.S[i]) / 2e-6;
+      }
+      double skew = 0.0;
+      for (int i : {0, 1, 3})
+        for (int j : {0, 1, 3}) {
+          EXPECT_NEAR(0.5 * (N[i * 6 + j] + N[j * 6 + i]), out.D[i * 6 + j], 1e-4) << dilation << finite << i << j;
+          skew = std::max(skew, std::fabs(N[i * 6 + j] - N[j * 6 + i]));
+        }
+      EXPECT_GT(skew, 1.0);
+    }
+}
+
 TEST(Law, DruckerPragerTakesItsTableFromEachTest)
 {
   for (Hardening test : {HARDENING_COMPRESSION, HARDENING_TENSION, HARDENING_SHEAR})
