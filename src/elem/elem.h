@@ -31,7 +31,7 @@ struct ElemBlock {
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
   RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
   RealVec me;                  // [kind][pairs] mass, node pairs a >= b
-  RealVec node_offset;         // cohesive: [kind][nen][dim] nodes relative to the first one  length
+  RealVec node_offset;         // cohesive: [kind][width nodes][dim] relative to the first one  length
   RealVec scatter;             // cohesive: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
   RealVec mean;                // bulk viscosity: [kind][nen*dim + 3] gradient, volume, 2c/omega, L (6.35)

@@ -100,6 +100,46 @@ int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
   return list.back();
 }
 
+// Cohesive pyramids: bricks of six pyramids around a common apex open as a brick, and each pyramid has the
+// width of the brick; that of the pyramid alone is half of it where the base lies across the crack.
+const int BRICK_PYRAMIDS = 6, BRICK_NODES = 8;
+
+// nodes between which a crack of this element measures its width: pyramids have those of a brick
+int width_nodes(int shape) { return shape == SHAPE_PYR5 ? BRICK_NODES : shape_info[shape].nen; }
+
+// pyramids at each node that is an apex and nothing else; others 0. Halo elements complete the neighbours of
+// a rank's own elements                                                                   [nnode]
+IntVec pyramids_at_apex(const Mesh& mesh, const IntVec& cohesive)
+{
+  IntVec count;
+  const auto pyramid = [&](int e) { return elem_table[mesh.elem_type[e]].shape == SHAPE_PYR5; };
+  const auto cracks  = [&](int e) { return cohesive[e] >= 0 && pyramid(e); };
+  bool any = false;
+  for (int e = 0; e < mesh.nelem() && !any; ++e) any = cracks(e);
+  if (!any) return count;
+  count.assign(mesh.nnode(), 0);
+  for (int e = 0; e < mesh.nelem(); ++e)
+    if (mesh.elem_section[e] >= 0 && pyramid(e)) ++count[mesh.conn.begin(e)[4]];
+  for (int e = 0; e < mesh.nelem(); ++e)
+    for (int a = 0; a < mesh.conn.count(e); ++a)
+      if (!(pyramid(e) && a == 4)) count[mesh.conn.begin(e)[a]] = 0;
+  return count;
+}
+
+// nodes of the width from those of the element, rel [nen*dim]. Pyramids: the base, and its mirror image at
+// the apex (of_brick) or the apex
+void append_width_nodes(int shape, const double* rel, bool of_brick, RealVec& out)
+{
+  const ShapeInfo& info = shape_info[shape];
+  if (shape != SHAPE_PYR5) {
+    out.insert(out.end(), rel, rel + info.nen * info.dim);
+    return;
+  }
+  const double* apex = rel + 12;
+  out.insert(out.end(), rel, apex);
+  for (int k = 0; k < 12; ++k) out.push_back(of_brick ? 2.0 * apex[k % 3] - rel[k] : apex[k % 3]);
+}
+
 // gradients, weights, enhanced modes and mass of a new kind. false: det(dX/dxi) <= 0 at a Gauss point
 bool add_kind(ElemBlock& b, const double* X)
 {
@@ -142,7 +182,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
 {
   const Mesh& mesh = m.mesh;
   std::map<BlockKey, int> known;
-  const IntVec cohesive = cohesive_elements(m);
+  const IntVec cohesive = cohesive_elements(m), apex = pyramids_at_apex(mesh, cohesive);
   std::vector<Kinds> kinds;    // [block]
   el = Elements();
   el.block_of.assign(mesh.nelem(), -1);
@@ -162,7 +202,9 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     ElemBlock& b          = el.block[el.block_of[e]];
     const ShapeInfo& info = shape_info[b.shape];
     const int* node       = mesh.conn.begin(e);
-    double X[3 * MAX_NODES], rel[3 * MAX_NODES];
+    const bool pyramid    = b.shape == SHAPE_PYR5 && !apex.empty(),
+               of_brick   = pyramid && apex[node[4]] == BRICK_PYRAMIDS;
+    double X[3 * MAX_NODES], rel[3 * MAX_NODES + 1];
     for (int a = 0; a < info.nen; ++a)
       for (int i = 0; i < info.dim; ++i) {
         X[a * info.dim + i]   = mesh.X[3 * node[a] + i];
@@ -172,9 +214,11 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     el.slot_of[e] = static_cast<int>(b.elem.size());
     b.elem.push_back(e);
     if (m.part.on) b.conn.insert(b.conn.end(), node, node + info.nen);
-    b.kind.push_back(kind_of(kinds[el.block_of[e]], rel, info.nen * info.dim, fresh));
+    const int n = info.nen * info.dim;
+    rel[n] = of_brick ? size_of(rel, n) : 0.0;           // pyramids of bricks and others differ in width
+    b.kind.push_back(kind_of(kinds[el.block_of[e]], rel, n + pyramid, fresh));
     if (!fresh) continue;
-    if (b.opens()) b.node_offset.insert(b.node_offset.end(), rel, rel + info.nen * info.dim);
+    if (b.opens()) append_width_nodes(b.shape, rel, of_brick, b.node_offset);
     if (add_kind(b, X)) continue;
     *worst = e;
     return BAD_JACOBIAN;
@@ -212,7 +256,7 @@ MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t s
   MatLaw law = b.law;
   if (def >= 0) law = law_broken(b.law, m.fracture[def], c, &el.frac->normal[3 * static_cast<size_t>(e)]);
   if (!b.opens() || !law_opens(law.kind)) return law;
-  law.crack.nodes = shape_info[b.shape].nen;
+  law.crack.nodes = width_nodes(b.shape);
   law.crack.dim   = shape_info[b.shape].dim;
   law.crack.X = &b.node_offset[static_cast<size_t>(b.kind[slot]) * law.crack.nodes * law.crack.dim];
   if (!b.scatter.empty()) law.crack.scatter = b.scatter[slot];
