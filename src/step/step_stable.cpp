@@ -385,9 +385,14 @@ double contact_part(Problem& p, double omega2)
   return largest <= limit ? largest : limit_penalties(p, limit, mass, full, push);
 }
 
+// stable increment without a bound: rigid bodies that nothing can touch
+const double UNBOUNDED = 1e150;
+
 void report(const Step& s, const State& st, int label, double taken)
 {
   const StepClock& c = st.clock;
+  if (std::min(c.stable, c.system) >= UNBOUNDED)
+    return log_note("  explicit: rigid bodies do not bound the increment; taken %.6g of the deck", s.dt);
   const std::string ruling = label < 0 ? "" : ", element " + std::to_string(label);
   log_note("  explicit: stable increment of the elements %.6g%s; of the whole system %.6g; taken %.6g",
            c.stable, ruling.c_str(), c.system, taken);
@@ -470,13 +475,16 @@ double stable_of_points(const Problem& p)
   return -comm_allreduce_max(-own);
 }
 
-// the largest stable increment of elements; label of the limiting one. Collective.
+// the largest stable increment of elements; label of the limiting one. Rigid bodies alone have none; where
+// bonds need a scale of their penalties, or the deck has no increment, that of their material is taken.
+// Collective.
 double stable_of_elements(Problem& p, const Step& s, int& label)
 {
   int worst;
   double own   = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
   double least = -comm_allreduce_max(-own);
-  if (least >= 1e300 && !p.m.rigid.empty()) {        // rigid bodies alone: their penalties need a scale
+  const bool scale = !p.m.bond.empty() || s.dt >= s.period;
+  if (least >= 1e300 && !p.m.rigid.empty() && scale) {
     std::vector<char> rigid;
     rigid.swap(p.d.el.rigid);
     own   = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
@@ -544,7 +552,7 @@ Failure step_stable(Problem& p, const Step& s)
     const double system = omega2 > 0.0 ? rounded(2.0 / std::sqrt(omega2)) : 1e300;
     c.system = partly && !begins ? std::min(system, c.system) : system;
   }
-  const double free   = std::min(c.stable, c.system), omega2 = 4.0 / (free * free);
+  const double free   = std::min({c.stable, c.system, UNBOUNDED}), omega2 = 4.0 / (free * free);
   const double touch  = contact_part(p, omega2);
   const double xi     = s.bulk() ? std::max(s.bulk_linear, c.xi) : 0.0;
   const double damped = std::sqrt(1.0 + xi * xi) - xi;                                           // (6.36)
