@@ -5,7 +5,7 @@
 #include "base/halo_numbers.h"
 #include "base/timer.h"
 #include "model/scheme.h"
-#include "step/step.h"
+#include "step/step_turn.h"
 
 namespace {
 
@@ -402,7 +402,10 @@ void finish_contact_points(const Model& m, const ContactPairs& pairs, const Atte
     if (st.bonds.side[b] != SIDE_CONTACT) continue;
     if (!pairs.master.count(b) && st.n.slip[b * dim] == CONTACT_OPEN) continue;    // nothing has changed
     const bool general = m.bond[st.bonds.def[b]].contact.general, counts = st.bonds.counts(b);
-    if (counts) friction += friction_loss(a, b, dim, st);
+    double loss = counts ? friction_loss(a, b, dim, st) : 0.0;
+    if (counts && a.step.explicit_steps() && pairs.master.count(b))
+      loss += step_close_work(st, pairs, a.jumps.contact, dim, b);                                // (6.51)
+    friction += loss;
     if (general) {
       const bool pushes = st.np1.slip[b * dim] < 0.0, on_wall = pairs.wall[b] >= 0;
       st.bonds.contact.met[b]  = pushes && !on_wall ? pairs.face[b] : -1;
@@ -426,7 +429,7 @@ void finish_contact_points(const Model& m, const ContactPairs& pairs, const Atte
     c.gap  = std::min(c.gap, gap + st.bonds.contact.initial_penetration[b]);
     c.peak = std::max(c.peak, pressure / st.bonds.area[b]);
     if (pressure > 0.0) c.area += st.bonds.area[b];
-    c.work += std::sqrt(slide) * slipped;
+    c.work += a.mode.mid || a.cM == 0.0 ? std::sqrt(slide) * slipped : loss;
   }
 }
 

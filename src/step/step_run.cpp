@@ -327,11 +327,11 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   Failure failure = step_prepare(p, s);
   if (failure.ok() && !step_contact_faces_known(p)) failure = FACES_UNKNOWN;
   if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, s, inc.before, inc.clock);
+  if (failure.ok() && s.explicit_steps()) failure = step_stable(p, s);   // penalties of the forces at t(n)
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration) {
     p.newton.grid.a.clear();   // other loads begin
     failure = step_initial_acceleration(p, s, 0.0);
   }
-  if (failure.ok() && s.explicit_steps()) failure = step_stable(p, s);
   inc.dt = clock_next(s, st.clock, stops);
   if (p.d.fm.on && s.explicit_steps()) {
     step_undo_later(st, inc.undo);
@@ -745,6 +745,12 @@ void open_ledger(Problem& p)
   if (!step_prepare(p, p.m.step.front()).ok()) return;
   if (p.st.points.npoint_all()) warn_few_points(p.st.points, p.d.grid);
   ledger_open(p.m, p.d.el, p.dofs, p.st);
+  const Step& s = p.m.step.front();
+  if (!s.explicit_steps() || p.st.ledger.bond == 0.0) return;
+  // surfaces overlap: their energy is that of the penalties with which the first increment begins
+  const StepClock clock = p.st.clock;
+  if (step_stable(p, s).ok()) ledger_open(p.m, p.d.el, p.dofs, p.st);
+  p.st.clock = clock;
 }
 
 int begin_run(Problem& p, Output& out)

@@ -6,6 +6,7 @@
 #include "base/comm.h"
 #include "base/halo_numbers.h"
 #include "base/log.h"
+#include "bond/bond.h"
 #include "elem/elem_share.h"
 #include "step/step.h"
 
@@ -506,6 +507,16 @@ bool tied(const Problem& p)
   return comm_allreduce_max(static_cast<int>(any)) > 0;
 }
 
+// energy at the start of the run of surfaces that overlap: with the penalties of explicit steps
+void open_contact_energy(State& st, int dim)
+{
+  Ledger& g = st.ledger;
+  const double energy = bond_energy(st.bonds, dim, st.n, &g.slip_max, &g.slip_rms);
+  g.total0 += energy - g.bond;
+  g.scale = g.total0;
+  g.bond  = energy;
+}
+
 // the increment of this stage; the next stage starts with the smallest stable one of this stage
 double of_stage(long inc, double taken, StepClock& c)
 {
@@ -554,10 +565,11 @@ Failure step_stable(Problem& p, const Step& s)
   }
   const double free   = std::min({c.stable, c.system, UNBOUNDED}), omega2 = 4.0 / (free * free);
   const double touch  = contact_part(p, omega2);
+  if (st.n.time == 0.0) open_contact_energy(st, p.m.dim);
   const double xi     = s.bulk() ? std::max(s.bulk_linear, c.xi) : 0.0;
   const double damped = std::sqrt(1.0 + xi * xi) - xi;                                           // (6.36)
   const double taken  = of_stage(st.log.inc, s.safety * 2.0 / std::sqrt(omega2 + touch) * damped, c);
   c.dt = std::min(s.dt, taken);
-  if (begins) report(s, st, label, taken);
+  if (begins && st.log.inc > 0) report(s, st, label, taken);
   return STATUS_OK;
 }

@@ -168,7 +168,27 @@ void closing_friction(const State& st, int dim, int k, const Closing& c, const d
     lack[i] = c.end < 0.0 || c.begin == 0.0 ? part * t1[i] : c.meant / c.begin * (t0[i] - across * n[i]);
 }
 
+// does contact point k close or open in the increment?  out  g0, g1: gaps at both ends
+bool turns(const ContactPairs& pairs, int dim, int k, const double* slip, double& g0, double& g1)
+{
+  const double* n = &pairs.normal[k * dim];
+  g0 = g1 = pairs.gap[k];
+  for (int i = 0; i < dim; ++i) g1 += n[i] * slip[i];
+  g1 = contact_gap(pairs, k, g1);
+  return (g0 < 0.0) != (g1 < 0.0);
+}
+
 }  // namespace
+
+double step_close_work(const State& st, const ContactPairs& pairs, const RealVec& slip, int dim, int k)
+{
+  const double* s = &slip[k * dim];
+  double g0, g1, lack[3], work = 0.0;
+  if (!turns(pairs, dim, k, s, g0, g1)) return 0.0;
+  closing_friction(st, dim, k, closing_forces(st.bonds, k, g0, g1), &pairs.normal[k * dim], s, lack);
+  for (int i = 0; i < dim; ++i) work += 0.5 * lack[i] * s[i];
+  return work;
+}
 
 void step_close(Problem& p, Attempt& a)
 {
@@ -181,25 +201,18 @@ void step_close(Problem& p, Attempt& a)
   if (b.nbond_all() == 0) return;
   RealVec force(static_cast<size_t>(p.m.mesh.nnode() + p.st.points.ncorner) * dim, 0.0), f;
   bool none = true;
-  double friction = 0.0;
   for (int k : s.rows.bond_acts) {
     if (b.side[k] != SIDE_CONTACT || !b.counts(k)) continue;
-    const double *n = &pairs.normal[k * dim], *slip = &a.jumps.contact[k * dim], g0 = pairs.gap[k];
-    double g1 = g0, push[3];
-    for (int i = 0; i < dim; ++i) g1 += n[i] * slip[i];
-    g1 = contact_gap(pairs, k, g1);
-    if ((g0 < 0.0) == (g1 < 0.0)) continue;
+    const double *n = &pairs.normal[k * dim], *slip = &a.jumps.contact[k * dim];
+    double g0, g1, push[3];
+    if (!turns(pairs, dim, k, slip, g0, g1)) continue;
     none = false;
     const Closing c = closing_forces(b, k, g0, g1);
     closing_friction(p.st, dim, k, c, n, slip, push);
-    for (int i = 0; i < dim; ++i) {
-      friction += 0.5 * push[i] * slip[i];
-      push[i] += (c.meant - c.end) * n[i];
-    }
+    for (int i = 0; i < dim; ++i) push[i] += (c.meant - c.end) * n[i];
     add_push(b, pairs, dim, k, push, force);
   }
   if (dof_all(s, none)) return;
-  p.st.ledger.friction += dof_total(s, friction);
   to_rows(p, force, f);
   for (int i = 0; i < s.rows.neq(); ++i) a.fint[i] -= f[i];
   closing.swap(force);

@@ -12,4 +12,8 @@
 //        Collective.
 void step_close(Problem& p, Attempt& a);
 
+// step_close_work : work of the friction that step_close adds at contact point k, which has met a face
+//   in   slip  relative displacements of the increment  [nbond*dim]                              (6.51)
+double step_close_work(const State& st, const ContactPairs& pairs, const RealVec& slip, int dim, int k);
+
 #endif
