@@ -101,7 +101,8 @@ int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
 }
 
 // Cohesive pyramids: bricks of six pyramids around a common apex open as a brick, and each pyramid has the
-// width of the brick; that of the pyramid alone is half of it where the base lies across the crack.
+// width of the brick; that of the pyramid alone is half of it where the base lies across the crack
+// (test: strength/bar_3d.inp), with type=5
 const int BRICK_PYRAMIDS = 6, BRICK_NODES = 8;
 
 // nodes between which a crack of this element measures its width: pyramids have those of a brick

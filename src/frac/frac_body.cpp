@@ -61,16 +61,28 @@ void find_body(Scan& s)
   }
 }
 
-void take_body(const Scan& s, int e, double radius, double* J)
+void take_body(const Scan& s, int e, bool tip, double radius, double* J)
 {
   if (!has_body_forces(s)) return;
   const double* c = &s.fm.centre[3 * e];
+  const auto take = s.m.dim == 2 ? take_body_of<2> : take_body_of<3>;
   frac_in_ball(s.fm, c, radius + 1.5 * s.fm.local[e], [&](int o, double) {
     if (!s.intact(o)) return;
     const int n = s.m.mesh.conn.count(o), *node = s.m.mesh.conn.begin(o);
     double q[MAX_NODES], sum = 0.0;
     for (int a = 0; a < n; ++a) sum += q[a] = weight_of(s, node[a], c, radius);
-    if (sum > 0.0) (s.m.dim == 2 ? take_body_of<2> : take_body_of<3>)(s, o, q, body_force(s, o), J);
+    if (sum == 0.0) return;
+    for (int a = 0; a < n; ++a) {                      // as the forces at these nodes
+      double one[MAX_NODES] = {0}, F[3] = {0, 0, 0};
+      const int k = q[a] > 0.0 && !s.fm.between.empty() ? interface_node(s, node[a]) : -1;
+      if (k >= 0 && interface_bends(s, k)) q[a] = 0.0;
+      if (!tip || q[a] == 0.0 || !take_supported(s, node[a], F)) continue;
+      std::swap(one[a], q[a]);
+      take(s, o, one, body_force(s, o), F);
+      take_supported(s, node[a], F);
+      for (int i = 0; i < 3; ++i) J[i] += F[i];
+    }
+    take(s, o, q, body_force(s, o), J);
   });
 }
 

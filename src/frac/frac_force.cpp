@@ -453,7 +453,7 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
     if (sum > 0.0) add_force(s, o, tip, q, J);
   });
   take_interfaces(s, c, radius, J);
-  take_body(s, e, radius, J);
+  take_body(s, e, tip, radius, J);
   // without crack or notch a crack may start at the surface itself
   if (tip) {
     take_surface(s, e, radius, J);

@@ -134,8 +134,9 @@ void take_loads(const Scan& s, int e, double radius, double* J);
 // find_body : body forces of all elements at the time of l. Collective.
 void find_body(Scan& s);
 
-// take_body : takes the work of body forces in the ball of this radius out of J                     (7.5c)
-void take_body(const Scan& s, int e, double radius, double* J);
+// take_body : takes the work of body forces in the ball of this radius out of J; tip: at supported faces
+// without their normal part                                                               (7.5c), (7.5d)
+void take_body(const Scan& s, int e, bool tip, double radius, double* J);
 
 // body_at : body force on a node [3] from its intact elements, and from its broken ones; false: none
 bool body_at(const Scan& s, int node, double* intact, double* broken);

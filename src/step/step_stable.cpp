@@ -386,7 +386,7 @@ double contact_part(Problem& p, double omega2)
   return largest <= limit ? largest : limit_penalties(p, limit, mass, full, push);
 }
 
-// stable increment without a bound: rigid bodies that nothing can touch
+// stable increment without a bound: rigid bodies that nothing can touch  (test: patch/rigid_free.inp)
 const double UNBOUNDED = 1e150;
 
 void report(const Step& s, const State& st, int label, double taken)
