@@ -172,6 +172,12 @@ const std::vector<char>& given_dofs(const Scan& s)
   for (const Prescribed& b : s.step.prescribed)
     for (int n : b.node)
       for (int i = b.first; i <= b.last && i < dim; ++i) s.given[static_cast<size_t>(n) * dim + i] = 1;
+  for (const Frame& f : s.m.frame) {
+    if (f.twin < 0) continue;
+    const char* own = &s.given[static_cast<size_t>(f.twin) * dim];
+    if (std::any_of(own, own + dim, [](char x) { return x != 0; }))
+      std::fill_n(s.given.begin() + static_cast<long>(f.node) * dim, dim, 1);
+  }
   return s.given;
 }
 

@@ -22,6 +22,14 @@ const std::vector<char>& fixed_dofs(const Scan& s)
   for (const Prescribed& b : s.step.prescribed)
     for (int n : b.node)
       for (int i = b.first; i <= b.last && i < dim; ++i) s.fixed[static_cast<size_t>(n) * dim + i] = 1;
+  for (const Frame& f : s.m.frame)                     // *TRANSFORM: the axes nearest to its directions
+    for (int i = 0; f.twin >= 0 && i < dim; ++i) {
+      int axis = 0;
+      for (int j = 1; j < dim; ++j)
+        if (std::fabs(f.axis[3 * i + j]) > std::fabs(f.axis[3 * i + axis])) axis = j;
+      if (!s.fixed[static_cast<size_t>(f.twin) * dim + i]) continue;
+      s.fixed[static_cast<size_t>(f.node) * dim + axis] = 1;
+    }
   return s.fixed;
 }
 
