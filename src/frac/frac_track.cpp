@@ -798,7 +798,7 @@ void note_opening(Tracker& t, int e)
 // and where others have begun too, the increment is repeated with this one alone                   (2.36d)
 bool start_alone(Tracker& t, const std::vector<std::pair<double, int>>& all)
 {
-  if (t.step.proc != PROC_STATIC) return false;
+  if (t.step.proc != PROC_STATIC || t.step.arc.on) return false;
   int beside = 0;
   for (const auto& [opening, e] : all) beside += !t.fr.tracked[e] && !near_crack(t, e);
   const int root = all.front().second;
@@ -936,7 +936,7 @@ void mark(Tracker& t, bool alone)
   for (int k = 0; k < t.ntip(); ++k) {
     const int ahead = t.fr.tip_elem[k];
     // statics: as long as a crack grows no other begins below the strength: nothing else decides between them
-    const double radius = t.step.proc == PROC_STATIC ? HUGE_VAL : reach(t, std::max(ahead, 0));
+    const double radius = t.step.proc == PROC_STATIC && !t.step.arc.on ? HUGE_VAL : reach(t, std::max(ahead, 0));
     if (ahead >= 0) around(t, ahead, &t.fr.tip[4 * k], radius, [&](int o) { shut[o] = 1; });
   }
   if (!alone) open_stressed(t, shut);
