@@ -935,8 +935,9 @@ void mark(Tracker& t, bool alone)
       around(t, e, t.centre(e), reach(t, e), [&](int o) { shut[o] = 1; });
   for (int k = 0; k < t.ntip(); ++k) {
     const int ahead = t.fr.tip_elem[k];
-    // statics: as long as a crack grows no other begins below the strength: nothing else decides between them
-    const double radius = t.step.proc == PROC_STATIC && !t.step.arc.on ? HUGE_VAL : reach(t, std::max(ahead, 0));
+    // statics without RIKS: as long as a crack grows no other begins below the strength: nothing else decides
+    const bool all      = t.step.proc == PROC_STATIC && !t.step.arc.on;
+    const double radius = all ? HUGE_VAL : reach(t, std::max(ahead, 0));
     if (ahead >= 0) around(t, ahead, &t.fr.tip[4 * k], radius, [&](int o) { shut[o] = 1; });
   }
   if (!alone) open_stressed(t, shut);
