@@ -8,18 +8,12 @@
 
 namespace {
 
-bool has_body_forces(const Scan& s)
-{
-  const auto of_body = [](const Load& l) { return l.kind == LOAD_BODY; };
-  return std::any_of(s.step.load.begin(), s.step.load.end(), of_body);
-}
-
 const double* body_force(const Scan& s, int e) { return &s.body[3 * static_cast<size_t>(e)]; }
 
-// J -= int q H^T b dV of an intact element
 template <int D>
-void take_body_of(const Scan& s, int e, const double* q, const double* body, double* J)
+void take_body_of(const Scan& s, int e, const double* q, double* J)
 {
+  const double* body    = body_force(s, e);
   const ElemBlock& b    = s.el.block[s.el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
   const int nen = info.nen, *node = s.m.mesh.conn.begin(e);
@@ -41,7 +35,8 @@ void take_body_of(const Scan& s, int e, const double* q, const double* body, dou
 // at the centres; those of halo elements from their owners
 void find_body(Scan& s)
 {
-  if (!has_body_forces(s)) return;
+  const auto of_body = [](const Load& l) { return l.kind == LOAD_BODY; };
+  if (std::none_of(s.step.load.begin(), s.step.load.end(), of_body)) return;
   const size_t nelem = s.fm.size.size();
   s.body.assign(3 * nelem, 0.0);
   for (const Load& l : s.step.load) {
@@ -61,36 +56,17 @@ void find_body(Scan& s)
   }
 }
 
-void take_body(const Scan& s, int e, bool tip, double radius, double* J)
+void take_body(const Scan& s, int e, const double* q, double* J)
 {
-  if (!has_body_forces(s)) return;
-  const double* c = &s.fm.centre[3 * e];
-  const auto take = s.m.dim == 2 ? take_body_of<2> : take_body_of<3>;
-  frac_in_ball(s.fm, c, radius + 1.5 * s.fm.local[e], [&](int o, double) {
-    if (!s.intact(o)) return;
-    const int n = s.m.mesh.conn.count(o), *node = s.m.mesh.conn.begin(o);
-    double q[MAX_NODES], sum = 0.0;
-    for (int a = 0; a < n; ++a) sum += q[a] = weight_of(s, node[a], c, radius);
-    if (sum == 0.0) return;
-    for (int a = 0; a < n; ++a) {                      // as the forces at these nodes
-      double one[MAX_NODES] = {0}, F[3] = {0, 0, 0};
-      const int k = q[a] > 0.0 && !s.fm.between.empty() ? interface_node(s, node[a]) : -1;
-      if (k >= 0 && interface_bends(s, k)) q[a] = 0.0;
-      if (!tip || q[a] == 0.0 || !take_supported(s, node[a], F)) continue;
-      std::swap(one[a], q[a]);
-      take(s, o, one, body_force(s, o), F);
-      take_supported(s, node[a], F);
-      for (int i = 0; i < 3; ++i) J[i] += F[i];
-    }
-    take(s, o, q, body_force(s, o), J);
-  });
+  if (s.body.empty()) return;
+  (s.m.dim == 2 ? take_body_of<2> : take_body_of<3>)(s, e, q, J);
 }
 
 bool body_at(const Scan& s, int node, double* intact, double* broken)
 {
   std::fill_n(intact, 3, 0.0);
   std::fill_n(broken, 3, 0.0);
-  if (!has_body_forces(s)) return false;
+  if (s.body.empty()) return false;
   for (int k = 0; k < s.fm.of_node.count(node); ++k) {
     const int e = s.fm.of_node.begin(node)[k];
     if (s.fr.phase[e] != AS_ELEMENT || s.el.initial_block[e] < 0) continue;

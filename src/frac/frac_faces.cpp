@@ -169,9 +169,7 @@ const std::vector<char>& given_dofs(const Scan& s)
   for (const Load& l : s.step.load)
     if (l.kind == LOAD_NODE)
       for (int n : l.node) s.given[static_cast<size_t>(n) * dim + l.dof] = 1;
-  for (const Prescribed& b : s.step.prescribed)
-    for (int n : b.node)
-      for (int i = b.first; i <= b.last && i < dim; ++i) s.given[static_cast<size_t>(n) * dim + i] = 1;
+  mark_prescribed(s, s.given);
   for (const Frame& f : s.m.frame) {
     if (f.twin < 0) continue;
     const char* own = &s.given[static_cast<size_t>(f.twin) * dim];

@@ -361,8 +361,8 @@ double front_length(const Scan& s, int e, const double* J, double radius)
   return sum;
 }
 
-// J += contribution of an element, without nodes where an interface bends; at a tip, at supported faces,
-// without the normal force                                                                   (7.5), (7.5d)
+// J += contribution of an element with its body force, without nodes where an interface bends; at a tip, at
+// supported faces, without the normal force                                           (7.5), (7.5c), (7.5d)
 //   inout   q   [nodes] weights
 void add_force(const Scan& s, int e, bool tip, double* q, double* J)
 {
@@ -371,16 +371,19 @@ void add_force(const Scan& s, int e, bool tip, double* q, double* J)
     const int k = q[a] > 0.0 ? interface_node(s, node[a]) : -1;
     if (k >= 0 && interface_bends(s, k)) q[a] = 0.0;
   }
-  const auto add = s.m.dim == 2 ? add_force_of<2> : add_force_of<3>;
+  const auto add = [&](const double* of, double* to) {
+    (s.m.dim == 2 ? add_force_of<2> : add_force_of<3>)(s, e, of, to);
+    take_body(s, e, of, to);
+  };
   for (int a = 0; tip && a < nen; ++a) {
     double one[8] = {0}, F[3] = {0, 0, 0};
     if (q[a] == 0.0 || !take_supported(s, node[a], F)) continue;
     std::swap(one[a], q[a]);
-    add(s, e, one, F);
+    add(one, F);
     take_supported(s, node[a], F);
     for (int i = 0; i < 3; ++i) J[i] += F[i];
   }
-  add(s, e, q, J);
+  add(q, J);
 }
 
 // takes the force of an initial strain that varies, int q S : dE0/dX dV, out of J. Its gradient is that
@@ -453,7 +456,6 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
     if (sum > 0.0) add_force(s, o, tip, q, J);
   });
   take_interfaces(s, c, radius, J);
-  take_body(s, e, tip, radius, J);
   // without crack or notch a crack may start at the surface itself
   if (tip) {
     take_surface(s, e, radius, J);

@@ -117,6 +117,8 @@ inline double ball_q(double r, double radius)
   return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
 }
 
+inline double dot3(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
 // weight_of : q of a node in the ball around c
 double weight_of(const Scan& s, int node, const double* c, double radius);
 
@@ -134,12 +136,14 @@ void take_loads(const Scan& s, int e, double radius, double* J);
 // find_body : body forces of all elements at the time of l. Collective.
 void find_body(Scan& s);
 
-// take_body : takes the work of body forces in the ball of this radius out of J; tip: at supported faces
-// without their normal part                                                               (7.5c), (7.5d)
-void take_body(const Scan& s, int e, bool tip, double radius, double* J);
+// take_body : J -= int q H^T b dV of an intact element, with the weights q of its nodes             (7.5c)
+void take_body(const Scan& s, int e, const double* q, double* J);
 
 // body_at : body force on a node [3] from its intact elements, and from its broken ones; false: none
 bool body_at(const Scan& s, int node, double* intact, double* broken);
+
+// mark_prescribed : sets dofs [nnode*dim] that the step prescribes to 1
+void mark_prescribed(const Scan& s, std::vector<char>& dofs);
 
 // take_supported : takes the part normal to supported outer faces out of the force F [3] of an element at a
 // node away from the crack; false: the node has no such face                                        (7.5d)

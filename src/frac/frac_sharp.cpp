@@ -21,8 +21,6 @@ const double TIED_DISTANCE = 1.6;
 // cosine between their distance and the normal of the crack  (no test)
 const double ACROSS_COS = 0.7, ACROSS_COS_3D = 0.9;
 
-double product(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 // normal n of a crack that grows along d; in 3D d is the part of J perpendicular to n; false: none
 bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
 {
@@ -35,7 +33,7 @@ bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
     mean_strain(s, e, E);
     split_normal(s.law(e), 3, E, n);
   }
-  const double off = product(J, n);
+  const double off = dot3(J, n);
   double size = 0.0;
   for (int i = 0; i < 3; ++i) {
     d[i] = J[i] - off * n[i];
@@ -59,8 +57,8 @@ int join_rows(Scan& s, int ahead, const double* n, double* x)
   for (int o : near) {
     double y[3], into[3], r[3];
     for (int i = 0; i < 3; ++i) r[i] = s.fm.centre[3 * o + i] - c[i];
-    const double least = (s.m.dim == 3 ? ACROSS_COS_3D : ACROSS_COS) * std::sqrt(product(r, r));
-    if (std::fabs(product(r, n)) < least || !crack_face(s, o, y, into)) continue;
+    const double least = (s.m.dim == 3 ? ACROSS_COS_3D : ACROSS_COS) * std::sqrt(dot3(r, r));
+    if (std::fabs(dot3(r, n)) < least || !crack_face(s, o, y, into)) continue;
     if (std::fabs(drive_of(s, o) - drive) > TIED * drive) continue;
     for (int i = 0; i < 3; ++i) sum[i] += y[i];
     ++rows;

@@ -19,9 +19,7 @@ const std::vector<char>& fixed_dofs(const Scan& s)
   if (!s.fixed.empty()) return s.fixed;
   const int dim = s.m.dim;
   s.fixed.assign(static_cast<size_t>(s.m.mesh.nnode()) * dim + 1, 0);
-  for (const Prescribed& b : s.step.prescribed)
-    for (int n : b.node)
-      for (int i = b.first; i <= b.last && i < dim; ++i) s.fixed[static_cast<size_t>(n) * dim + i] = 1;
+  mark_prescribed(s, s.fixed);
   for (const Frame& f : s.m.frame)                     // *TRANSFORM: the axes nearest to its directions
     for (int i = 0; f.twin >= 0 && i < dim; ++i) {
       int axis = 0;
@@ -51,6 +49,14 @@ bool supported_face(const Scan& s, int e, int f)
 }
 
 }  // namespace
+
+void mark_prescribed(const Scan& s, std::vector<char>& dofs)
+{
+  const int dim = s.m.dim;
+  for (const Prescribed& b : s.step.prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last && i < dim; ++i) dofs[static_cast<size_t>(n) * dim + i] = 1;
+}
 
 bool take_supported(const Scan& s, int node, double* F)
 {

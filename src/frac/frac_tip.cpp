@@ -220,8 +220,6 @@ namespace {
 // cosine between the normals of opposite faces, negative  (no test)
 const double OPPOSITE = 0.8;
 
-double dot3(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 // the same in the plane normal to a front in space
 void modes_in_space(const Scan& s, int e, Tip& t)
 {

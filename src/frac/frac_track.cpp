@@ -205,7 +205,7 @@ double turn_wanted(Tracker& t, int e, const double* x, const double* d, double l
 // where the line from x along d leaves the element, and through which face
 int leave(const Tracker& t, int e, const double* x, const double* d, double* out)
 {
-  const double PARALLEL = 1e-9;        // to a face
+  const double TO_FACE = 1e-9;         // cosine of a line that is parallel to a face
   const ShapeInfo& s = t.shape(e);
   double nearest = HUGE_VAL;
   int face = 0;
@@ -213,7 +213,7 @@ int leave(const Tracker& t, int e, const double* x, const double* d, double* out
     const double *a = t.node(e, s.face[f][0]), *b = t.node(e, s.face[f][1]);
     const double n[2] = {b[1] - a[1], a[0] - b[0]};      // outward, times the length
     const double along = d[0] * n[0] + d[1] * n[1];
-    if (along <= PARALLEL * std::hypot(n[0], n[1])) continue;
+    if (along <= TO_FACE * std::hypot(n[0], n[1])) continue;
     const double distance = ((a[0] - x[0]) * n[0] + (a[1] - x[1]) * n[1]) / along;
     if (distance < nearest) {
       nearest = distance;
@@ -451,27 +451,29 @@ void turn(Tracker& t, int k, double moved)
   keep_ahead(t, e, x, d);
 }
 
+// the largest principal stress in the plane of the mean over the integration points of an element
+double largest_at_rest(const Tracker& t, int e)
+{
+  Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
+  for (int g = 0; g < t.shape(e).ngp; ++g) {
+    IpFields f;
+    elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, e, g, f);
+    S += stress_at_rest(f) / t.shape(e).ngp;
+  }
+  return 0.5 * S.trace() + std::hypot(0.5 * (S(0, 0) - S(1, 1)), S(0, 1));
+}
+
 // The largest principal stress over the strength of an element beside the tip of a crack
 struct Hot { double share = 0.0; int number = -1; double X[2] = {0, 0}; };
 
-// the element that is stressed most within the reach of a tip in element e, of those that may not begin; its
-// stress is the mean of the integration points. Collective
+// the element that is stressed most within the reach of a tip in element e, of those that may not begin.
+// Collective
 Hot most_stressed(Tracker& t, int e, const double* x)
 {
   Hot most;
   around(t, e, x, reach(t, e), [&](int o) {
     if (t.fr.tracked[o] != 0 || begun(t, o) || !intact(t, o) || !t.m.part.works(o)) return;
-    double S[3] = {0, 0, 0};
-    for (int g = 0; g < t.shape(o).ngp; ++g) {
-      IpFields f;
-      elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, o, g, f);
-      const Eigen::Matrix2d sig = stress_at_rest(f) / t.shape(o).ngp;
-      S[0] += sig(0, 0);
-      S[1] += sig(1, 1);
-      S[2] += sig(0, 1);
-    }
-    const double largest = 0.5 * (S[0] + S[1]) + std::hypot(0.5 * (S[0] - S[1]), S[2]);
-    const Hot hot{largest / t.m.fracture[t.fm.def[o]].ft, t.m.part.elem_number(o),
+    const Hot hot{largest_at_rest(t, o) / t.m.fracture[t.fm.def[o]].ft, t.m.part.elem_number(o),
                   {t.centre(o)[0], t.centre(o)[1]}};
     if (hot.share > most.share || (hot.share == most.share && hot.number < most.number)) most = hot;
   });
@@ -883,20 +885,13 @@ void begin_at_least(Tracker& t, int e)
   if ((N[0] != 0.0 || N[1] != 0.0) && t.m.part.works(e)) t.st.n.cracked[e] = 1;
 }
 
-// largest principal stress in the plane over the strength, mean over the element, of intact ones of all ranks
+// largest_at_rest over the strength, of intact elements of all ranks
 RealVec over_strength_of_all(const Tracker& t)
 {
   RealVec over(t.m.mesh.nelem(), 0.0);
   for (int e = 0; e < t.m.mesh.nelem(); ++e) {
     if (!tracks(t, e) || !intact(t, e) || begun(t, e) || !t.m.part.works(e)) continue;
-    Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
-    for (int g = 0; g < t.shape(e).ngp; ++g) {
-      IpFields f;
-      elem_ip_fields(t.m, t.el, t.st.n, t.step.nlgeom, e, g, f);
-      S += stress_at_rest(f) / t.shape(e).ngp;
-    }
-    const double largest = 0.5 * S.trace() + std::hypot(0.5 * (S(0, 0) - S(1, 1)), S(0, 1));
-    over[e] = largest / crack_strength(t.block(e).law.crack);
+    over[e] = largest_at_rest(t, e) / crack_strength(t.block(e).law.crack);
   }
   frac_share(t.m.part, over);
   return over;

@@ -88,18 +88,24 @@ Failure add_turn(Problem& p, const RealVec& of_place)
   return STATUS_OK;
 }
 
+// removes the accelerations of these forces from those of t(n)
+void remove_turn(Problem& p, RealVec& push)
+{
+  for (double& x : push) x = -x;
+  MPFE_CHECK(add_turn(p, push).ok(), "lumped masses could not be inverted");
+}
+
 }  // namespace
 
 void step_turn_apart(Problem& p, const Step& s)
 {
   if (!s.explicit_steps() || p.st.log.inc == 0 || p.st.bonds.nbond_all() == 0) return;
   if (step_on_grid(p.d, p.dofs)) return;
-  RealVec push = p.stable.before;
+  RealVec push;
+  push.swap(p.stable.before);
   if (dof_all(p.dofs, push.empty())) contact_at_start(p, push);
-  for (double& x : push) x = -x;
-  p.stable.before.clear();
   p.stable.apart = true;       // where the run goes on without a division; after one: resume_run
-  MPFE_CHECK(add_turn(p, push).ok(), "lumped masses could not be inverted");
+  remove_turn(p, push);
 }
 
 void step_turn_back(Problem& p)
@@ -107,10 +113,9 @@ void step_turn_back(Problem& p)
   RealVec& closing  = p.stable.before;
   const size_t size = static_cast<size_t>(p.m.mesh.nnode() + p.st.points.ncorner) * p.m.dim;
   if (step_on_grid(p.d, p.dofs) || !dof_all(p.dofs, closing.size() == size)) return;
-  for (double& x : closing) x = -x;
   RealVec push;
   push.swap(closing);
-  MPFE_CHECK(add_turn(p, push).ok(), "lumped masses could not be inverted");
+  remove_turn(p, push);
 }
 
 void step_turn_begin(Problem& p, const Step& s)
